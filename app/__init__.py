@@ -1,0 +1,1 @@
+"""Command line and Session, the one place where the flow is wired."""

@@ -1,0 +1,1 @@
+"""Warp kernels only: arrays in, arrays out."""

@@ -1,0 +1,1 @@
+"""Computed once per mesh and cached: meshes, domains, basis, cubature, skin."""

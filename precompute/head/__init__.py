@@ -1,0 +1,1 @@
+"""The head that ships with Lingual, built from a parametric description."""

@@ -1,0 +1,1 @@
+"""One imgui panel a file."""

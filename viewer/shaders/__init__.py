@@ -1,0 +1,1 @@
+"""GLSL, one stage a file."""
