@@ -12,6 +12,7 @@ from .errors import LingualError
 from .history import StateHistory
 from .material import Material
 from .pose import RigidPose
+from .reduced_model import ReducedModel
 from .sensors import SENSOR_NAMES, SensorLayout
 from .state import State
 from .surface import EmbeddedSurface, RigidSurface
@@ -25,6 +26,7 @@ __all__ = [
     "EmbeddedSurface",
     "LingualError",
     "Material",
+    "ReducedModel",
     "RigidPose",
     "RigidSurface",
     "SensorLayout",

@@ -1,0 +1,189 @@
+"""The linear-tetrahedron discretisation of a tongue: elastic energy, forces and stiffness on the mesh.
+
+Wraps the Warp kernels with the arrays of one mesh on one device, so that precomputation, the
+full-space solver, diagnostics and tests evaluate the same terms.
+"""
+
+from functools import cached_property
+
+import numpy as np
+import scipy.sparse as sp
+import warp as wp
+from numpy.typing import NDArray
+
+from ..kernels.elasticity import elasticity_kernels
+from ..kernels.full_space import full_space_kernels
+from ..kernels.materials import pack_parameters
+from ..kernels.precision import precision
+from .material import Material
+from .tet_mesh import TetMesh
+
+
+class ElementForces:
+    """Evaluates the material on an array of weighted elements given their displacement gradients.
+
+    weights: integration weight of each element [m^3], (element_count,). All arrays live on `device`
+    in `precision_name` ("float32" or "float64"). `stress` and `tangent` are overwritten by each call.
+    """
+
+    def __init__(
+        self, material: Material, weights: NDArray[np.float64], precision_name: str = "float64", device: str = "cpu"
+    ) -> None:
+        self.count = len(weights)
+        self.device = device
+        self.precision = precision(precision_name)
+        self._kernels = elasticity_kernels(material.model, precision_name)
+        elastic = pack_parameters(material.model, material.lame_mu, material.lame_lambda)
+        viscous = [material.lame_mu, material.lame_lambda, *([0.0] * (len(elastic) - 2))]
+        self._material = self.precision.parameters(*elastic)
+        self._viscosity = self.precision.parameters(*viscous)
+        self._damping = material.damping_stiffness
+        self.weights = wp.array(weights, dtype=self.precision.scalar, device=device)
+        self.gradient = self._elements(self.precision.mat33)
+        self.gradient_start = self._elements(self.precision.mat33)
+        self.stress = self._elements(self.precision.mat33)
+
+    def _elements(self, dtype: type) -> wp.array:
+        return wp.zeros(self.count, dtype=dtype, device=self.device)
+
+    @cached_property
+    def tangent(self) -> wp.array:
+        """Weighted tangent, (element_count, 3, 3) of mat33: [e, i, m][j, n] = dP_ij / dF_mn."""
+        return wp.zeros((self.count, 3, 3), dtype=self.precision.mat33, device=self.device)
+
+    @cached_property
+    def _fields(self) -> tuple[wp.array, wp.array]:
+        return self._elements(self.precision.scalar), self._elements(self.precision.scalar)
+
+    def begin_step(self) -> None:
+        """Makes the current gradient the start of the step, to which the damping refers."""
+        wp.copy(self.gradient_start, self.gradient)
+
+    def _inputs(self, step: float | None) -> list[object]:
+        ratio = self._damping / step if step else 0.0
+        return [
+            self.gradient,
+            self.gradient_start,
+            self.weights,
+            self._material,
+            self._viscosity,
+            self.precision.scalar(ratio),
+        ]
+
+    def evaluate_stress(self, step: float | None = None) -> None:
+        """Fills `stress` from `gradient`; with the damping of a step of `step` seconds when given."""
+        wp.launch(self._kernels.stress, self.count, self._inputs(step), [self.stress], device=self.device)
+
+    def evaluate_tangent(self, step: float | None = None) -> None:
+        """Fills `tangent` from `gradient`; with the damping of a step of `step` seconds when given."""
+        wp.launch(self._kernels.tangent, self.count, self._inputs(step), [self.tangent], device=self.device)
+
+    def energy_density(self) -> tuple[NDArray[np.floating], NDArray[np.floating]]:
+        """Strain energy density [Pa] and det F of each element, two arrays (element_count,)."""
+        density, det_f = self._fields
+        inputs = [self.gradient, self._material]
+        wp.launch(self._kernels.energy, self.count, inputs, [density, det_f], device=self.device)
+        return density.numpy(), det_f.numpy()
+
+
+class Discretisation:
+    """Elastic terms on all elements of a mesh, and their sum at the nodes.
+
+    mesh, material: what is discretised. free_nodes: sorted indices of the nodes that move; rows and
+    columns of the stiffness are theirs (3 per node), all nodes by default.
+    """
+
+    def __init__(
+        self,
+        mesh: TetMesh,
+        material: Material,
+        free_nodes: NDArray[np.int64] | None = None,
+        precision_name: str = "float64",
+        device: str = "cpu",
+    ) -> None:
+        self.mesh = mesh
+        self.free_nodes = np.arange(mesh.node_count) if free_nodes is None else free_nodes
+        self.elements = ElementForces(material, mesh.volumes, precision_name, device)
+        p = self.elements.precision
+        self._kernels = full_space_kernels(precision_name)
+        self._tets = wp.array(mesh.tets, dtype=wp.int32, device=device)
+        self._shape_gradients = wp.array(mesh.shape_gradients, dtype=p.vec3, device=device)
+        self._displacement = wp.zeros(mesh.node_count, dtype=p.vec3, device=device)
+        self._force = wp.zeros(mesh.node_count, dtype=p.vec3, device=device)
+        self.device = device
+
+    def set_displacement(self, displacement: NDArray[np.floating]) -> None:
+        """Evaluates the displacement gradients of displacement (node_count, 3) [m]."""
+        self._displacement.assign(displacement)
+        wp.launch(
+            self._kernels.displacement_gradient,
+            self.mesh.tet_count,
+            [self._displacement, self._tets, self._shape_gradients],
+            [self.elements.gradient],
+            device=self.device,
+        )
+
+    def internal_force(self, step: float | None = None) -> NDArray[np.floating]:
+        """Gradient of the energy with respect to the nodes [N], (node_count, 3), at the set displacement."""
+        self.elements.evaluate_stress(step)
+        self._force.zero_()
+        wp.launch(
+            self._kernels.scatter_force,
+            self.mesh.tet_count,
+            [self.elements.stress, self._tets, self._shape_gradients],
+            [self._force],
+            device=self.device,
+        )
+        return self._force.numpy()
+
+    @cached_property
+    def _pattern(self) -> "_BlockPattern":
+        return _BlockPattern(self.mesh, self.free_nodes)
+
+    @cached_property
+    def _blocks(self) -> tuple[wp.array, wp.array]:
+        blocks = wp.zeros(len(self._pattern.columns), dtype=self.elements.precision.mat33, device=self.device)
+        pairs = wp.array(self._pattern.block_of_pair, dtype=wp.int32, device=self.device)
+        return blocks, pairs
+
+    def stiffness(self, step: float | None = None) -> sp.bsr_array:
+        """Hessian of the energy [N/m] between the free nodes, (3 free, 3 free), at the set displacement.
+
+        The values are a view that the next call overwrites.
+        """
+        self.elements.evaluate_tangent(step)
+        blocks, pairs = self._blocks
+        blocks.zero_()
+        wp.launch(
+            self._kernels.scatter_stiffness,
+            self.mesh.tet_count,
+            [self.elements.tangent, self._shape_gradients, pairs],
+            [blocks],
+            device=self.device,
+        )
+        size = 3 * len(self.free_nodes)
+        pattern = (blocks.numpy(), self._pattern.columns, self._pattern.row_starts)
+        return sp.bsr_array(pattern, shape=(size, size))
+
+
+class _BlockPattern:
+    """Sparsity of node pairs that share an element, in block compressed rows of the free nodes.
+
+    columns (block_count,), row_starts (free + 1,): the pattern. block_of_pair (tet_count, 4, 4): the
+    block of each node pair of each element, -1 where a node is fixed.
+    """
+
+    def __init__(self, mesh: TetMesh, free_nodes: NDArray[np.int64]) -> None:
+        free_index = np.full(mesh.node_count, -1, dtype=np.int64)
+        free_index[free_nodes] = np.arange(len(free_nodes))
+        corner = free_index[mesh.tets]
+        rows = np.repeat(corner, 4, axis=1).reshape(-1)
+        columns = np.tile(corner, (1, 4)).reshape(-1)
+        kept = (rows >= 0) & (columns >= 0)
+        keys, block = np.unique(rows[kept] * len(free_nodes) + columns[kept], return_inverse=True)
+        pairs = np.full(rows.shape, -1, dtype=np.int32)
+        pairs[kept] = block
+        self.block_of_pair = pairs.reshape(mesh.tet_count, 4, 4)
+        self.columns = (keys % len(free_nodes)).astype(np.int32)
+        counts = np.bincount(keys // len(free_nodes), minlength=len(free_nodes))
+        self.row_starts = np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)

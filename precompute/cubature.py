@@ -1,0 +1,155 @@
+"""Cubature elements and weights by greedy non-negative least squares (An, Kim and James 2008).
+
+Given poses Q_t, the reduced internal force is f_t = sum_e V_e g_e(Q_t). A few elements S with weights
+w >= 0 are sought such that sum_S w_e g_e(Q_t) = f_t for all t, each pose scaled by 1/|f_t|. Greedily, the
+candidates whose contribution points best along the residual join S, a few at a time, then the weights
+of S are solved again.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import nnls
+
+from ..model import ReducedModel, TongueModel
+from ..model.reduced_forces import ReducedForces
+from ..model.reduced_model import gradient_operator
+from .progress import Progress, silent
+
+CANDIDATES = 4000
+IMPORTANCE_POSES = 20
+NEGLIGIBLE = 1e-6
+"""Share of the greatest importance below which an element is not a candidate."""
+IMPORTANCE_FLOOR = 0.2
+"""Share of the mean importance given to every element, so that none is excluded."""
+BATCH = 10
+"""Elements that join between two solutions of the weights."""
+ROUNDS_PER_BATCH = 3
+"""Rounds allowed for each batch: an element whose weight falls to zero leaves and may be replaced."""
+
+
+def select_cubature(
+    model: ReducedModel,
+    poses: NDArray[np.float64],
+    element_count: int,
+    tolerance: float,
+    rng: np.random.Generator,
+    progress: Progress = silent,
+) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """Element indices and weights [m^3], at most `element_count` of them, all weights positive.
+
+    poses: (pose_count, columns, 3). Stops early when the relative training error is below `tolerance`.
+    """
+    tongue = model.tongue
+    candidates = _draw_candidates(tongue, model, poses, rng)
+    columns, target = _training_system(model, poses, candidates, progress)
+    chosen, weights = _greedy_nnls(columns, target, element_count, tolerance, progress)
+    return candidates[chosen], weights
+
+
+def _draw_candidates(
+    tongue: TongueModel, model: ReducedModel, poses: NDArray[np.float64], rng: np.random.Generator
+) -> NDArray[np.int64]:
+    """Elements drawn by how much they contribute to the reduced force over some of the poses.
+
+    Drawing by volume would miss the small elements under the sensors, where the force concentrates.
+    """
+    operator = gradient_operator(tongue, model.basis, np.arange(tongue.mesh.tet_count))
+    forces = ReducedForces(tongue.material, operator, tongue.mesh.volumes)
+    stacked = operator.reshape(tongue.mesh.tet_count, 3, -1).transpose(0, 2, 1)
+    squared = np.zeros(tongue.mesh.tet_count)
+    for pose in poses[:: max(1, len(poses) // IMPORTANCE_POSES)]:
+        forces.set_coordinates(pose)
+        total = np.linalg.norm(forces.force())
+        contribution = np.matmul(stacked, forces.elements.stress.numpy())
+        squared += (np.linalg.norm(contribution, axis=(1, 2)) / total) ** 2
+    importance = np.sqrt(squared)
+    moving = importance > NEGLIGIBLE * importance.max()  # elements in the ground carry only rounding
+    count = min(CANDIDATES, int(moving.sum()))
+    probability = np.where(moving, importance + IMPORTANCE_FLOOR * importance.mean(), 0.0)
+    return np.sort(
+        rng.choice(tongue.mesh.tet_count, count, replace=False, p=probability / probability.sum())
+    )
+
+
+def _training_system(
+    model: ReducedModel, poses: NDArray[np.float64], candidates: NDArray[np.int64], progress: Progress
+) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Per-unit-volume force of each candidate (rows: pose, column, component) and the exact force."""
+    tongue, columns = model.tongue, model.column_count
+    everything = _all_element_forces(tongue, model.basis)
+    operator = gradient_operator(tongue, model.basis, candidates)
+    unit = ReducedForces(tongue.material, operator, np.ones(len(candidates)))
+    stacked = operator.reshape(len(candidates), 3, columns)
+    system = np.empty((len(poses), 3 * columns, len(candidates)), dtype=np.float32)
+    target = np.empty((len(poses), 3 * columns), dtype=np.float32)
+    for t, pose in enumerate(poses):
+        progress("cubature training forces", t / len(poses))
+        everything.set_coordinates(pose)
+        exact = everything.force().ravel()
+        scale = 1.0 / np.linalg.norm(exact)
+        unit.set_coordinates(pose)
+        unit.elements.evaluate_stress()
+        stress = unit.elements.stress.numpy()
+        system[t] = scale * np.matmul(stacked.transpose(0, 2, 1), stress).reshape(len(candidates), -1).T
+        target[t] = scale * exact
+    progress("cubature training forces", 1.0)
+    return system.reshape(-1, len(candidates)), target.ravel()
+
+
+def _greedy_nnls(
+    columns: NDArray[np.float32],
+    target: NDArray[np.float32],
+    element_count: int,
+    tolerance: float,
+    progress: Progress,
+) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """Sorted column indices and positive weights that approximately minimise |columns w - target|."""
+    length = np.linalg.norm(columns, axis=0)
+    target_length = float(np.linalg.norm(target))
+    chosen = np.zeros(0, dtype=np.int64)
+    weights = np.zeros(0)
+    active = np.zeros((len(target), 0))
+    for _ in range(ROUNDS_PER_BATCH * element_count // BATCH):
+        progress("cubature elements", len(chosen) / element_count)
+        residual = target - active @ weights
+        if len(chosen) == element_count or np.linalg.norm(residual) < tolerance * target_length:
+            break
+        alignment = (residual.astype(np.float32) @ columns) / length
+        alignment[chosen] = -np.inf
+        joining = np.argsort(alignment)[::-1][: min(BATCH, element_count - len(chosen))]
+        chosen = np.concatenate([chosen, joining[alignment[joining] > 0.0]])
+        active = columns[:, chosen].astype(np.float64)
+        weights = _nonnegative_weights(active, target)
+        kept = weights > 0.0
+        chosen, weights, active = chosen[kept], weights[kept], active[:, kept]
+    progress("cubature elements", 1.0)
+    order = np.argsort(chosen)
+    return chosen[order], weights[order]
+
+
+def _nonnegative_weights(active: NDArray[np.float64], target: NDArray[np.float32]) -> NDArray[np.float64]:
+    """Non-negative least squares through a Cholesky factor of the (small) scaled Gram matrix."""
+    scale = 1.0 / np.linalg.norm(active, axis=0)
+    gram = (active.T @ active) * scale[:, None] * scale[None, :]
+    root = np.linalg.cholesky(gram + 1e-12 * np.eye(len(gram))).T
+    right = np.linalg.solve(root.T, (active.T @ target) * scale)
+    solution, _ = nnls(root, right, maxiter=30 * len(gram))
+    return solution * scale
+
+
+def relative_force_errors(model: ReducedModel, poses: NDArray[np.float64]) -> NDArray[np.float64]:
+    """|f_cubature - f_exact| / |f_exact| at each pose, (pose_count,)."""
+    everything = _all_element_forces(model.tongue, model.basis)
+    cubature = ReducedForces(model.tongue.material, model.gradient_operator, model.cubature_weights)
+    errors = []
+    for pose in poses:
+        everything.set_coordinates(pose)
+        cubature.set_coordinates(pose)
+        exact = everything.force()
+        errors.append(np.linalg.norm(cubature.force() - exact) / np.linalg.norm(exact))
+    return np.array(errors)
+
+
+def _all_element_forces(tongue: TongueModel, basis: NDArray[np.float64]) -> ReducedForces:
+    operator = gradient_operator(tongue, basis, np.arange(tongue.mesh.tet_count))
+    return ReducedForces(tongue.material, operator, tongue.mesh.volumes)

@@ -1,0 +1,128 @@
+"""From a tongue to its reduced model: seeds, weights, basis, training poses, cubature; cached."""
+
+from dataclasses import asdict, dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..model import ReducedModel, TongueModel, Trajectory
+from .basis import blended_quadratic_basis
+from .cache import Arrays, cached, digest
+from .cubature import relative_force_errors, select_cubature
+from .domain_weights import domain_weights
+from .poses import equilibrium_poses, recorded_displacements, sampled_displacements
+from .progress import Progress, silent
+from .seeds import Seed, choose_seeds
+
+ALGORITHM_VERSION = 3
+"""Part of the cache key: raise it when any step below changes its result."""
+
+
+@dataclass(frozen=True)
+class ReductionSettings:
+    """What the user may choose.
+
+    domain_count: quadratic domains (sensors, mass centre, then farthest points).
+    cubature_count: elements at most; cubature_tolerance: relative training error that is good enough
+        (held-out poses come out a little worse; the default keeps them within 5 %).
+    pose_count: training poses. seed: of the random sampling; the same seed gives the same model.
+    """
+
+    domain_count: int = 5
+    cubature_count: int = 1000
+    cubature_tolerance: float = 0.042
+    pose_count: int = 120
+    seed: int = 2017
+
+
+HELD_OUT_POSES = 40
+
+
+def build_reduced_model(
+    tongue: TongueModel,
+    settings: ReductionSettings | None = None,
+    recordings: list[Trajectory] | None = None,
+    progress: Progress = silent,
+) -> ReducedModel:
+    """The reduced model of a tongue, from the cache when it is there.
+
+    recordings: trajectories fitted to the tongue's sensors; half of the training poses then come from
+    them. Raises LingualError for settings that the mesh cannot satisfy.
+    """
+    settings = settings or ReductionSettings()
+    recordings = recordings or []
+    key = {
+        "algorithm": ALGORITHM_VERSION,
+        "mesh": digest(tongue.mesh.nodes, tongue.mesh.tets, tongue.fixed_nodes),
+        "sensors": digest(tongue.sensors.weights.toarray()),
+        "recordings": [digest(r.positions) for r in recordings],
+        "material": asdict(tongue.material),
+        **asdict(settings),
+    }
+    arrays = cached("reduction", key, lambda: _reduce(tongue, settings, recordings, progress))
+    return _from_arrays(tongue, arrays)
+
+
+def build_domains(
+    tongue: TongueModel, domain_count: int, progress: Progress = silent
+) -> tuple[list[Seed], NDArray[np.float64], NDArray[np.float64]]:
+    """Seeds, weights (node_count, domains) and basis (node_count, columns) without cubature."""
+    seeds = choose_seeds(tongue, domain_count)
+    weights = domain_weights(tongue, seeds, progress)
+    return seeds, weights, blended_quadratic_basis(tongue, seeds, weights)
+
+
+def all_element_model(tongue: TongueModel, domain_count: int, progress: Progress = silent) -> ReducedModel:
+    """The reduced model that integrates every element exactly: the reference for cubature."""
+    seeds, weights, basis = build_domains(tongue, domain_count, progress)
+    return ReducedModel(
+        tongue=tongue,
+        domain_names=tuple(s.name for s in seeds),
+        seeds=np.array([s.centre for s in seeds]),
+        domain_weights=weights,
+        basis=basis,
+        cubature_elements=np.arange(tongue.mesh.tet_count),
+        cubature_weights=tongue.mesh.volumes,
+        cubature_error=0.0,
+    )
+
+
+def _reduce(
+    tongue: TongueModel, settings: ReductionSettings, recordings: list[Trajectory], progress: Progress
+) -> Arrays:
+    rng = np.random.default_rng(settings.seed)
+    exact = all_element_model(tongue, settings.domain_count, progress)
+    rest = tongue.sensor_rest_positions
+    recorded = np.zeros((0, *rest.shape))
+    if recordings:
+        recorded = recorded_displacements(recordings, rest, settings.pose_count // 2)
+    sampled = sampled_displacements(rest, settings.pose_count + HELD_OUT_POSES - len(recorded), rng)
+    poses = equilibrium_poses(exact, np.concatenate([recorded, sampled]), rng, progress)
+    training, held_out = poses[:-HELD_OUT_POSES], poses[-HELD_OUT_POSES:]
+    elements, weights = select_cubature(
+        exact, training, settings.cubature_count, settings.cubature_tolerance, rng, progress
+    )
+    model = replace(exact, cubature_elements=elements, cubature_weights=weights)
+    error = np.sqrt(np.mean(relative_force_errors(model, held_out) ** 2))
+    return {
+        "domain_names": np.array(model.domain_names),
+        "seeds": model.seeds,
+        "domain_weights": model.domain_weights,
+        "basis": model.basis,
+        "cubature_elements": elements,
+        "cubature_weights": weights,
+        "cubature_error": np.array(error),
+    }
+
+
+def _from_arrays(tongue: TongueModel, arrays: Arrays) -> ReducedModel:
+    return ReducedModel(
+        tongue=tongue,
+        domain_names=tuple(str(n) for n in arrays["domain_names"]),
+        seeds=arrays["seeds"],
+        domain_weights=arrays["domain_weights"],
+        basis=arrays["basis"],
+        cubature_elements=arrays["cubature_elements"],
+        cubature_weights=arrays["cubature_weights"],
+        cubature_error=float(arrays["cubature_error"]),
+    )

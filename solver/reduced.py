@@ -1,0 +1,119 @@
+"""SolverReduced: implicit Euler in the blended quadratic subspace (Luo 2017, section 6)."""
+
+import numpy as np
+import warp as wp
+from numpy.typing import NDArray
+
+from ..kernels.precision import precision
+from ..model import Control, ReducedModel, State
+from ..model.reduced_forces import ReducedForces
+from ..model.saddle_point import solve_saddle_point
+from . import newton
+from .constraints import SensorConstraints
+from .protocol import StepReport
+
+
+class SolverReduced:
+    """Newton on 3 x column_count unknowns, forces by cubature, sensors by Lagrange multipliers.
+
+    model: the subspace. precision_name: "float64" or "float32". tolerance: relative residual.
+    The basis is mass-orthonormal, so the reduced mass is the identity.
+    """
+
+    name = "reduced"
+
+    def __init__(
+        self, model: ReducedModel, precision_name: str = "float64", tolerance: float = newton.TOLERANCE
+    ) -> None:
+        self.model = model
+        self.tongue = model.tongue
+        self.report = StepReport()
+        self.tolerance = tolerance
+        self._precision = precision(precision_name)
+        self._problem = _ReducedStep(model, precision_name)
+        dtype = self._precision.numpy
+        self._rest = self.tongue.mesh.nodes.astype(dtype)
+        self._basis = model.basis.astype(dtype)
+
+    @property
+    def dof_count(self) -> int:
+        return self.model.dof_count
+
+    def new_state(self) -> State:
+        nodes, columns = self.tongue.mesh.node_count, self.model.column_count
+
+        def zeros(count: int) -> wp.array:
+            return wp.zeros(count, dtype=self._precision.vec3, device="cpu")
+
+        return State(
+            time=0.0,
+            position=wp.array(self._rest, dtype=self._precision.vec3, device="cpu"),
+            velocity=zeros(nodes),
+            coordinates=zeros(columns),
+            coordinate_velocity=zeros(columns),
+            sensor_force=zeros(self.tongue.sensors.count),
+        )
+
+    def step(self, state_in: State, state_out: State, control: Control, dt: float) -> None:
+        start, velocity = state_in.coordinates.numpy(), state_in.coordinate_velocity.numpy()
+        problem = self._problem
+        problem.begin(start, velocity, control, dt)
+        x, multipliers = newton.solve_step(problem, start.ravel().copy(), self.report, self.tolerance)
+        coordinates = state_out.coordinates.numpy()
+        coordinates[:] = x.reshape(-1, 3)
+        coordinate_velocity = state_out.coordinate_velocity.numpy()
+        np.divide(coordinates - start, dt, out=coordinate_velocity)
+        self._fill_nodes(state_out, coordinates, coordinate_velocity)
+        state_out.sensor_force.numpy()[:] = problem.constraints.forces(multipliers)
+        state_out.time = state_in.time + dt
+
+    def _fill_nodes(self, state: State, coordinates: NDArray, coordinate_velocity: NDArray) -> None:
+        position = state.position.numpy()
+        np.matmul(self._basis, coordinates, out=position)
+        position += self._rest
+        np.matmul(self._basis, coordinate_velocity, out=state.velocity.numpy())
+
+
+class _ReducedStep:
+    """The equations of one reduced step (a newton.StepProblem)."""
+
+    def __init__(self, model: ReducedModel, precision_name: str) -> None:
+        material = model.tongue.material
+        self.forces = ReducedForces(
+            material, model.gradient_operator, model.cubature_weights, precision_name
+        )
+        dtype = self.forces.elements.precision.numpy
+        self.constraints = SensorConstraints(model.tongue, model.sensor_rows.astype(dtype))
+        self._damping_mass = material.damping_mass
+        # B^T M 1, the reduced force of a unit acceleration of all nodes.
+        self._unit_load = (model.basis.T @ model.tongue.node_masses).astype(dtype)
+
+    def begin(self, start: NDArray, velocity: NDArray, control: Control, dt: float) -> None:
+        """Fixes the data of one step; the damping refers to the start's displacement gradients."""
+        self._dt = dt
+        self._start = start.ravel()
+        self._velocity = velocity.ravel()
+        self._load = np.outer(self._unit_load, control.gravity).ravel().astype(start.dtype)
+        self.constraints.set_control(control)
+        self.forces.set_coordinates(start)
+        self.forces.elements.begin_step()
+
+    def residual(self, x: NDArray) -> tuple[NDArray, float]:
+        self.forces.set_coordinates(x.reshape(-1, 3))
+        rate = (x - self._start) / self._dt
+        inertia = (rate - self._velocity) / self._dt
+        internal = self.forces.force(self._dt).ravel()
+        residual = inertia + self._damping_mass * rate + internal - self._load
+        return residual, max(float(np.linalg.norm(inertia)), float(np.linalg.norm(internal)), 1e-9)
+
+    def gap(self, x: NDArray) -> NDArray:
+        return self.constraints.target - self.constraints.rows @ x
+
+    def newton_step(self, x: NDArray, residual: NDArray, gap: NDArray) -> tuple[NDArray, NDArray]:
+        A = self.forces.stiffness(self._dt)
+        diagonal = np.einsum("ii->i", A)
+        diagonal += 1.0 / self._dt**2 + self._damping_mass / self._dt
+        return solve_saddle_point(A, self.constraints.rows, -residual, gap)
+
+    def dual_norm(self, residual: NDArray, multipliers: NDArray) -> float:
+        return float(np.linalg.norm(residual + self.constraints.rows.T @ multipliers))
