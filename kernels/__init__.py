@@ -7,7 +7,6 @@ that is conjugate to it, `stress[e][j, i]` = weight * P_ij. In this layout the r
 plain matrix products of the stacked (3 * tet_count, columns) gradient operator.
 """
 
-import warp as wp
+from .startup import start_warp
 
-wp.config.quiet = True
-wp.config.enable_backward = False
+start_warp()

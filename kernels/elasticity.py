@@ -23,10 +23,9 @@ from .precision import precision
 
 @cache
 def elasticity_kernels(model: str, precision_name: str) -> SimpleNamespace:
-    """Kernels `energy`, `stress` and `tangent` of one material and precision."""
+    """Kernels `energy`, `stress`, `tangent` and `tangent_product` of one material and precision."""
     p = precision(precision_name)
     triple = material_triple(model, precision_name)
-    viscous = material_triple("stvk", precision_name)
     scalar, mat33, parameters = p.scalar, p.mat33, p.parameters
 
     @wp.func
@@ -91,4 +90,21 @@ def elasticity_kernels(model: str, precision_name: str) -> SimpleNamespace:
                     for j in range(3):
                         tangent_out[e, i, m][j, n] = weight[e] * dP[i, j]
 
-    return SimpleNamespace(energy=energy, stress=stress, tangent=tangent, viscous=viscous)
+    @wp.kernel(module="unique")
+    def tangent_product(
+        tangent: wp.array(dtype=mat33, ndim=3),
+        direction: wp.array(dtype=mat33),
+        product_out: wp.array(dtype=mat33),
+    ):
+        """One thread applies one element's tangent to a displacement gradient, both transposed like stress."""
+        e = wp.tid()
+        product = mat33()
+        for i in range(3):
+            column = tangent[e, i, 0] * wp.transpose(direction[e])[0]
+            column += tangent[e, i, 1] * wp.transpose(direction[e])[1]
+            column += tangent[e, i, 2] * wp.transpose(direction[e])[2]
+            for j in range(3):
+                product[j, i] = column[j]
+        product_out[e] = product
+
+    return SimpleNamespace(energy=energy, stress=stress, tangent=tangent, tangent_product=tangent_product)

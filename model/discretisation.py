@@ -78,6 +78,23 @@ class ElementForces:
         """Fills `tangent` from `gradient`; with the damping of a step of `step` seconds when given."""
         wp.launch(self._kernels.tangent, self.count, self._inputs(step), [self.tangent], device=self.device)
 
+    @cached_property
+    def direction(self) -> wp.array:
+        """Displacement gradients of a direction, (element_count,) of mat33, for `apply_tangent`."""
+        return self._elements(self.precision.mat33)
+
+    @cached_property
+    def direction_stress(self) -> wp.array:
+        """What `apply_tangent` fills: the weighted change of stress along `direction`."""
+        return self._elements(self.precision.mat33)
+
+    def apply_tangent(self) -> None:
+        """Fills `direction_stress` from `direction` and the `tangent` evaluated last."""
+        inputs = [self.tangent, self.direction]
+        wp.launch(
+            self._kernels.tangent_product, self.count, inputs, [self.direction_stress], device=self.device
+        )
+
     def energy_density(self) -> tuple[NDArray[np.floating], NDArray[np.floating]]:
         """Strain energy density [Pa] and det F of each element, two arrays (element_count,)."""
         density, det_f = self._fields

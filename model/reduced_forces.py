@@ -53,6 +53,12 @@ class ReducedForces:
         self.elements.evaluate_stress(step)
         return self._H_transposed @ self._stress
 
+    def apply_stiffness(self, direction: NDArray[np.floating]) -> NDArray[np.floating]:
+        """Stiffness times a direction (column_count, 3), with the element tangents evaluated last."""
+        np.matmul(self._H, direction, out=self.elements.direction.numpy().reshape(-1, 3))
+        self.elements.apply_tangent()
+        return self._H_transposed @ self.elements.direction_stress.numpy().reshape(-1, 3)
+
     def stiffness(self, step: float | None = None) -> NDArray[np.floating]:
         """Reduced stiffness at the set coordinates, (3 columns, 3 columns); index 3 k + i."""
         self.elements.evaluate_tangent(step)

@@ -33,7 +33,8 @@ def blended_quadratic_basis(
     """
     nodes = tongue.mesh.nodes
     length = 0.5 * float(np.ptp(nodes, axis=0).max())
-    raw = np.hstack([w[:, None] * quadratic_functions(nodes, s.centre, length) for s, w in zip(seeds, weights.T, strict=True)])
+    functions = [quadratic_functions(nodes, seed.centre, length) for seed in seeds]
+    raw = np.hstack([w[:, None] * f for f, w in zip(functions, weights.T, strict=True)])
     root_mass = np.sqrt(tongue.node_masses)[:, None]
     left, singular, _ = np.linalg.svd(root_mass * raw, full_matrices=False)
     rank = int(np.sum(singular > RANK_TOLERANCE * singular[0]))

@@ -2,6 +2,7 @@
 
 import numpy as np
 import scipy.sparse as sp
+import scipy.sparse.linalg as sla
 import warp as wp
 from numpy.typing import NDArray
 
@@ -9,7 +10,7 @@ from ..model import Control, State, TongueModel
 from ..model.discretisation import Discretisation
 from . import newton
 from .constraints import SensorConstraints
-from .projected_cg import LaggedPreconditioner, projected_cg
+from .projected_cg import LaggedPreconditioner, Solve, projected_cg
 from .protocol import StepReport
 
 
@@ -73,6 +74,7 @@ class _FullStep:
         sensor_rows = tongue.sensors.weights[:, self._free].toarray()
         self.constraints = SensorConstraints(tongue, sensor_rows)
         self._preconditioner = LaggedPreconditioner()
+        self._dt = 0.0
 
     def _set(self, x: NDArray) -> None:
         self._nodal[self._free] = x.reshape(-1, 3)
@@ -80,7 +82,7 @@ class _FullStep:
 
     def begin(self, start: NDArray, velocity: NDArray, control: Control, dt: float) -> None:
         """Fixes the data of one step; the damping refers to the start's displacement gradients."""
-        if self.constraints.set_control(control):
+        if self.constraints.set_control(control) or dt != self._dt:
             self._preconditioner.forget()
         self._dt = dt
         self._start = start.ravel()
@@ -103,10 +105,21 @@ class _FullStep:
     def newton_step(self, x: NDArray, residual: NDArray, gap: NDArray) -> tuple[NDArray, NDArray]:
         shift = self._mass * (1.0 / self._dt**2 + self._damping_mass / self._dt)
         A = (self._discretisation.stiffness(self._dt) + sp.diags_array(shift, format="bsr")).tocsr()
-        return projected_cg(A, self.constraints.rows, -residual, gap, self._preconditioner)
+        return projected_cg(
+            A.__matmul__, lambda: _factorise(A), self.constraints.rows, -residual, gap, self._preconditioner
+        )
 
     def dual_norm(self, residual: NDArray, multipliers: NDArray) -> float:
         return self._norm(residual + self.constraints.rows.T @ multipliers)
 
     def _norm(self, force: NDArray) -> float:
         return float(np.sqrt(np.sum(force**2 / self._mass)))
+
+
+def _factorise(A: sp.csr_array) -> Solve:
+    """A sparse factor. Raises numpy.linalg.LinAlgError when A is singular."""
+    options = {"SymmetricMode": True}
+    try:
+        return sla.splu(A.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options).solve
+    except RuntimeError as error:
+        raise np.linalg.LinAlgError(str(error)) from error

@@ -47,7 +47,7 @@ def solve_step(problem: StepProblem, x: NDArray, report: StepReport, tolerance: 
     A full Newton step is taken unless it makes the residual grow once the constraints hold; then it is
     halved, a few times at most.
     """
-    residual, scale = problem.residual(x)
+    residual, _ = problem.residual(x)
     gap = problem.gap(x)
     multipliers = np.zeros_like(gap)
     error = np.inf
@@ -59,9 +59,9 @@ def solve_step(problem: StepProblem, x: NDArray, report: StepReport, tolerance: 
         except np.linalg.LinAlgError:
             break
         feasible = bool(np.all(np.abs(gap) <= 1e-12))
-        x, residual, scale, new_error = _advance(problem, x, dx, multipliers, error if feasible else np.inf)
+        x, residual, error = _advance(problem, x, dx, multipliers, error if feasible else np.inf)
         gap = problem.gap(x)
-        report.residual = error = new_error
+        report.residual = error
         if not np.isfinite(error):
             break
         if error <= tolerance:
@@ -72,8 +72,11 @@ def solve_step(problem: StepProblem, x: NDArray, report: StepReport, tolerance: 
 
 def _advance(
     problem: StepProblem, x: NDArray, dx: NDArray, multipliers: NDArray, previous_error: float
-) -> tuple[NDArray, NDArray, float, float]:
-    """x + t dx with the largest t in 1, 1/2, ... that does not let the error grow tenfold."""
+) -> tuple[NDArray, NDArray, float]:
+    """x + t dx with the largest t in 1, 1/2, ... that does not let the error grow tenfold.
+
+    Returns the new x, its residual and its relative error.
+    """
     length = 1.0
     for _ in range(LINE_SEARCH_HALVINGS):
         trial = x + length * dx
@@ -82,4 +85,4 @@ def _advance(
         if error <= 10.0 * previous_error:
             break
         length *= 0.5
-    return trial, residual, scale, error
+    return trial, residual, error

@@ -1,99 +1,107 @@
-"""Sparse symmetric systems with a few constraints, by projected preconditioned conjugate gradients.
+"""Symmetric systems with a few constraints, by projected preconditioned conjugate gradients.
 
-[A J^T; J 0] [x; y] = [f; g], with A large and sparse and J of few dense rows. The preconditioner is the
-same block matrix with A replaced by a factorised P of an earlier step, so every iterate satisfies
+[A J^T; J 0] [x; y] = [f; g], with A given by its products and J of few dense rows. The preconditioner is
+the same block matrix with A replaced by a factorised P of an earlier time, so every iterate satisfies
 J x = g (Gould, Hribar and Nocedal 2001, algorithm 2.1).
 """
 
+from collections.abc import Callable
+
 import numpy as np
-import scipy.sparse as sp
-import scipy.sparse.linalg as sla
 from numpy.typing import NDArray
+
+Solve = Callable[[NDArray], NDArray]
+"""Applies the inverse of a factorised matrix to a vector (n,) or to columns (n, m)."""
 
 RELATIVE_TOLERANCE = 1e-3
 """Reduction of the preconditioned residual: an inexact Newton step costs less than it saves."""
-AGED_ITERATIONS = 25
-MAXIMUM_ITERATIONS = 400
+AGED_ITERATIONS = 12
+"""Iterations after which the lagged factor is worth renewing."""
+MAXIMUM_ITERATIONS = 200
 
 
 class LaggedPreconditioner:
-    """A sparse factor of some earlier A, with the constraints' Schur complement."""
+    """A factor of some earlier A, with the constraints' Schur complement."""
 
     def __init__(self) -> None:
-        self._factor: sla.SuperLU | None = None
+        self._solve: Solve | None = None
 
     def forget(self) -> None:
         """The constraints or the time step have changed: factorise before the next use."""
-        self._factor = None
+        self._solve = None
 
-    def refresh(self, A: sp.csr_array, J: NDArray) -> None:
-        """Factorises A. Raises numpy.linalg.LinAlgError when A is singular."""
-        options = {"SymmetricMode": True}
-        try:
-            self._factor = sla.splu(A.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
-        except RuntimeError as error:
-            raise np.linalg.LinAlgError(str(error)) from error
-        self._solved_rows = self._factor.solve(J.T) if len(J) else np.zeros((A.shape[0], 0))
-        self._schur = J @ self._solved_rows
+    def renew(self, solve: Solve, J: NDArray) -> None:
+        """Takes a new factor."""
+        self._solve = solve
+        self._solved_rows = solve(np.ascontiguousarray(J.T)) if len(J) else J.T.copy()
+        self._schur_inverse = np.linalg.inv(J @ self._solved_rows)
 
     @property
     def ready(self) -> bool:
-        return self._factor is not None
+        return self._solve is not None
 
     def solve(self, J: NDArray, f: NDArray, g: NDArray) -> tuple[NDArray, NDArray]:
         """x and y of the block system with P in place of A."""
-        assert self._factor is not None
-        x = self._factor.solve(f)
-        if len(J) == 0:
-            return x, g
-        y = np.linalg.solve(self._schur, J @ x - g)
+        assert self._solve is not None
+        x = self._solve(f)
+        y = self._schur_inverse @ (J @ x - g)
         return x - self._solved_rows @ y, y
 
 
 def projected_cg(
-    A: sp.csr_array, J: NDArray, f: NDArray, g: NDArray, preconditioner: LaggedPreconditioner
+    product: Callable[[NDArray], NDArray],
+    factorise: Callable[[], Solve],
+    J: NDArray,
+    f: NDArray,
+    g: NDArray,
+    preconditioner: LaggedPreconditioner,
 ) -> tuple[NDArray, NDArray]:
     """x (n,) and multipliers y (m,); the preconditioner is renewed when it is missing or has aged.
 
+    product: p -> A p. factorise: makes a factor of the present A.
     Raises numpy.linalg.LinAlgError when A is not positive definite in the constraints' null space.
     """
     if preconditioner.ready:
-        x, y, iterations, solved = _iterate(A, J, f, g, preconditioner, AGED_ITERATIONS)
-        if solved:
-            return x, y
-    preconditioner.refresh(A, J)
-    x, y, iterations, solved = _iterate(A, J, f, g, preconditioner, MAXIMUM_ITERATIONS)
-    if not solved:
-        raise np.linalg.LinAlgError(f"conjugate gradients stopped after {iterations} iterations")
-    return x, y
+        solution = _iterate(product, J, f, g, preconditioner, AGED_ITERATIONS)
+        if solution is not None:
+            return solution
+    preconditioner.renew(factorise(), J)
+    solution = _iterate(product, J, f, g, preconditioner, MAXIMUM_ITERATIONS)
+    if solution is None:
+        preconditioner.forget()
+        raise np.linalg.LinAlgError("conjugate gradients did not converge")
+    return solution
 
 
 def _iterate(
-    A: sp.csr_array, J: NDArray, f: NDArray, g: NDArray, preconditioner: LaggedPreconditioner, limit: int
-) -> tuple[NDArray, NDArray, int, bool]:
-    zero = np.zeros(len(J))
+    product: Callable[[NDArray], NDArray],
+    J: NDArray,
+    f: NDArray,
+    g: NDArray,
+    preconditioner: LaggedPreconditioner,
+    limit: int,
+) -> tuple[NDArray, NDArray] | None:
+    """The solution, or None when `limit` iterations do not reach it or A curves down."""
+    zero = np.zeros_like(g)
     x, y = preconditioner.solve(J, f, g)
-    residual = f - A @ x - J.T @ y
-    direction, correction = preconditioner.solve(J, residual, zero)
-    y = y + correction
-    residual = residual - J.T @ correction
-    product = float(residual @ direction)
-    start = max(product, float(f @ x), 0.0)
-    p = direction
-    for iteration in range(limit):
-        if product <= RELATIVE_TOLERANCE**2 * start:
-            return x, y, iteration, True
-        Ap = A @ p
-        curvature = float(p @ Ap)
-        if curvature <= 0.0:
-            return x, y, iteration, False
-        length = product / curvature
-        x = x + length * p
-        residual = residual - length * Ap
+    residual = f - product(x) - J.T @ y
+    first = float(np.abs(f @ x)) + float(np.abs(g @ y))
+    p = np.zeros_like(f)
+    previous = 1.0
+    for iteration in range(limit + 1):
         direction, correction = preconditioner.solve(J, residual, zero)
         y = y + correction
         residual = residual - J.T @ correction
-        next_product = float(residual @ direction)
-        p = direction + (next_product / product) * p
-        product = next_product
-    return x, y, limit, False
+        current = float(residual @ direction)
+        if current <= RELATIVE_TOLERANCE**2 * first:
+            return x, y
+        p = direction + (current / previous) * p if iteration else direction
+        Ap = product(p)
+        curvature = float(p @ Ap)
+        if curvature <= 0.0 or not np.isfinite(curvature):
+            return None
+        length = current / curvature
+        x = x + length * p
+        residual = residual - length * Ap
+        previous = current
+    return None

@@ -3,6 +3,7 @@
 import numpy as np
 import warp as wp
 from numpy.typing import NDArray
+from scipy.linalg import cho_factor, cho_solve
 
 from ..kernels.precision import precision
 from ..model import Control, ReducedModel, State
@@ -10,6 +11,7 @@ from ..model.reduced_forces import ReducedForces
 from ..model.saddle_point import solve_saddle_point
 from . import newton
 from .constraints import SensorConstraints
+from .projected_cg import LaggedPreconditioner, Solve, projected_cg
 from .protocol import StepReport
 
 
@@ -85,16 +87,19 @@ class _ReducedStep:
         dtype = self.forces.elements.precision.numpy
         self.constraints = SensorConstraints(model.tongue, model.sensor_rows.astype(dtype))
         self._damping_mass = material.damping_mass
+        self._preconditioner = LaggedPreconditioner()
+        self._dt = 0.0
         # B^T M 1, the reduced force of a unit acceleration of all nodes.
         self._unit_load = (model.basis.T @ model.tongue.node_masses).astype(dtype)
 
     def begin(self, start: NDArray, velocity: NDArray, control: Control, dt: float) -> None:
         """Fixes the data of one step; the damping refers to the start's displacement gradients."""
-        self._dt = dt
         self._start = start.ravel()
         self._velocity = velocity.ravel()
         self._load = np.outer(self._unit_load, control.gravity).ravel().astype(start.dtype)
-        self.constraints.set_control(control)
+        if self.constraints.set_control(control) or dt != self._dt:
+            self._preconditioner.forget()
+        self._dt = dt
         self.forces.set_coordinates(start)
         self.forces.elements.begin_step()
 
@@ -110,10 +115,33 @@ class _ReducedStep:
         return self.constraints.target - self.constraints.rows @ x
 
     def newton_step(self, x: NDArray, residual: NDArray, gap: NDArray) -> tuple[NDArray, NDArray]:
+        self.forces.elements.evaluate_tangent(self._dt)
+        try:
+            return projected_cg(
+                self._product, self._factorise, self.constraints.rows, -residual, gap, self._preconditioner
+            )
+        except np.linalg.LinAlgError:  # indefinite: dense and exact
+            self._preconditioner.forget()
+            return solve_saddle_point(self._matrix(), self.constraints.rows, -residual, gap)
+
+    @property
+    def _shift(self) -> float:
+        return 1.0 / self._dt**2 + self._damping_mass / self._dt
+
+    def _product(self, direction: NDArray) -> NDArray:
+        product = self.forces.apply_stiffness(direction.reshape(-1, 3)).ravel()
+        product += self._shift * direction
+        return product
+
+    def _matrix(self) -> NDArray:
         A = self.forces.stiffness(self._dt)
         diagonal = np.einsum("ii->i", A)
-        diagonal += 1.0 / self._dt**2 + self._damping_mass / self._dt
-        return solve_saddle_point(A, self.constraints.rows, -residual, gap)
+        diagonal += self._shift
+        return A
+
+    def _factorise(self) -> Solve:
+        factor = cho_factor(self._matrix(), lower=True, check_finite=False)
+        return lambda right: cho_solve(factor, right, check_finite=False)
 
     def dual_norm(self, residual: NDArray, multipliers: NDArray) -> float:
         return float(np.linalg.norm(residual + self.constraints.rows.T @ multipliers))

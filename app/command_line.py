@@ -1,0 +1,273 @@
+"""The `lingual` command."""
+
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from .. import __version__
+from ..model import LingualError
+from .terminal import console, error_console, plain_messages, stage_bars
+
+app = typer.Typer(
+    name="lingual",
+    no_args_is_help=False,
+    add_completion=False,
+    rich_markup_mode="rich",
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+MeshOption = Annotated[
+    str | None,
+    typer.Option(
+        "--mesh",
+        metavar="NAME|PATH",
+        help="Tongue to simulate: [b]head[/] (default), [b]head-small[/], [b]head-large[/], a mesh file (TetGen "
+        ".node/.ele, VTK, Gmsh, ...), a closed surface (.obj, .stl, .ply), or a folder with one of them.",
+    ),
+]
+UnitsOption = Annotated[
+    str | None, typer.Option(help="Unit of the mesh file when it does not say: m, cm, mm or metres in a unit.")
+]
+DomainsOption = Annotated[
+    int, typer.Option("--domains", min=1, help="Quadratic domains of the reduced solver (30 degrees of freedom each).")
+]
+SolverOption = Annotated[
+    str,
+    typer.Option(
+        metavar="reduced|full",
+        help="[b]reduced[/]: blended quadratic domains and cubature, real time. [b]full[/]: every node, the reference.",
+    ),
+]
+HeadlessOption = Annotated[bool, typer.Option("--headless", help="Open no window.")]
+OutOption = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="FILE|DIR",
+        help="Without a window: film (.mp4, .gif), one picture (.png), or a folder for numbered pictures.",
+    ),
+]
+ReportOption = Annotated[
+    Path | None, typer.Option(metavar="FILE.json", help="Write what was measured as one JSON object.")
+]
+FramesOption = Annotated[int | None, typer.Option("--frames", help="Stop after so many simulated frames.")]
+SizeOption = Annotated[str, typer.Option(metavar="WxH", help="Size of window and pictures in pixels.")]
+ViewOption = Annotated[str, typer.Option(help="Side to look from: three-quarter, lateral, front or top.")]
+FieldOption = Annotated[
+    str,
+    typer.Option(
+        "--field",
+        help="Scalar to colour the tongue by: displacement, strain energy, det F, or domain weight NAME.",
+    ),
+]
+CutOption = Annotated[bool, typer.Option("--cut", help="Cut the picture along the midsagittal plane.")]
+SpeedOption = Annotated[float, typer.Option(help="Speed of a film as a factor of real time.")]
+TimeOption = Annotated[
+    float | None, typer.Option(help="Time of a single picture in seconds; the farthest excursion by default.")
+]
+BackdropOption = Annotated[str, typer.Option(help="Background: dark, light or transparent.")]
+FpsOption = Annotated[float, typer.Option("--fps", help="Pictures a second of a film.")]
+
+
+@dataclass
+class _Run:
+    """The choices of one run, as the commands collect them."""
+
+    recording: Path | None = None
+    mesh: str | None = None
+    solver: str = "reduced"
+    domains: int = 5
+    units: str | None = None
+    headless: bool = False
+    out: Path | None = None
+    frames: int | None = None
+    report: Path | None = None
+    size: str = "1280x720"
+    view: str = "three-quarter"
+    field: str = "none"
+    cut: bool = False
+    speed: float = 1.0
+    time: float | None = None
+    backdrop: str = "dark"
+    fps: float = 50.0
+
+
+@app.callback(invoke_without_command=True)
+def demonstrate(
+    context: typer.Context,
+    headless: HeadlessOption = False,
+    out: OutOption = None,
+    version: Annotated[bool, typer.Option("--version", help="Print the version and exit.")] = False,
+) -> None:
+    """Turns speech into a moving, physically simulated tongue.
+
+    Without a command it plays the built-in demonstration: in a window, or, where there is no display,
+    as a film of which it says where it is.
+    """
+    if version:
+        console.print(f"lingual {__version__}")
+    elif context.invoked_subcommand is None:
+        _play(_Run(headless=headless, out=out))
+
+
+@app.command()
+def replay(
+    file: Annotated[
+        Path | None,
+        typer.Argument(metavar="FILE", help="Recording or trajectory; the built-in demonstration when left out."),
+    ] = None,
+    mesh: MeshOption = None,
+    solver: SolverOption = "reduced",
+    domains: DomainsOption = 5,
+    units: UnitsOption = None,
+    headless: HeadlessOption = False,
+    out: OutOption = None,
+    frames: FramesOption = None,
+    report: ReportOption = None,
+    size: SizeOption = "1280x720",
+    view: ViewOption = "three-quarter",
+    field: FieldOption = "none",
+    cut: CutOption = False,
+    speed: SpeedOption = 1.0,
+    time: TimeOption = None,
+    backdrop: BackdropOption = "dark",
+    fps: FpsOption = 50.0,
+) -> None:
+    """Moves a tongue by a recording of its sensors.
+
+    Jaw motion is removed, the coils' paths are smoothed (Savitzky-Golay), drop-outs are bridged with a
+    warning, and the tongue follows at 100 frames a second. With --headless and no --out it is only
+    simulated, for --report.
+    """
+    _play(
+        _Run(file, mesh, solver, domains, units, headless, out, frames, report, size, view, field, cut, speed,
+             time, backdrop, fps)
+    )  # fmt: skip
+
+
+@app.command()
+def precompute(
+    mesh: MeshOption = None,
+    domains: DomainsOption = 5,
+    units: UnitsOption = None,
+) -> None:
+    """Prepares a mesh for the reduced solver and caches it: domain weights, basis, cubature."""
+    from ..precompute.cache import lingual_cache_dir
+    from ..precompute.meshes.library import load_tongue
+    from ..precompute.reduction import ReductionSettings, build_reduced_model
+
+    with stage_bars() as bars:
+        tongue = load_tongue(mesh, bars, units)
+        model = build_reduced_model(tongue, ReductionSettings(domain_count=domains), progress=bars)
+    console.print(
+        f"{tongue.name}: {model.domain_count} domains, {model.dof_count} degrees of freedom, "
+        f"{len(model.cubature_elements)} of {tongue.mesh.tet_count} elements as cubature "
+        f"(force error {100 * model.cubature_error:.1f} % on held-out poses). Cached in {lingual_cache_dir()}."
+    )
+
+
+@app.command()
+def info(mesh: MeshOption = None, units: UnitsOption = None) -> None:
+    """Describes a tongue mesh, this machine and the versions in use."""
+    from ..precompute.meshes.library import load_tongue
+    from .information import machine_table, tongue_table
+
+    with stage_bars() as bars:
+        tongue = load_tongue(mesh, bars, units)
+    console.print(tongue_table(tongue))
+    console.print(machine_table())
+
+
+def _play(run: _Run) -> None:
+    from ..viewer.view_options import BACKDROPS, ViewOptions
+    from .output import PictureSettings, has_display, show, write
+    from .report import simulation_report, write_report
+    from .wiring import SessionRequest, build_session
+
+    if run.backdrop not in BACKDROPS:
+        raise LingualError(f"There is no background '{run.backdrop}'; choose one of {', '.join(BACKDROPS)}.")
+    width, height = _parse_size(run.size)
+    windowed = not run.headless and run.out is None and has_display()
+    out = run.out
+    if not windowed and out is None and not run.headless:
+        out = Path(f"lingual-{run.recording.stem if run.recording else 'demonstration'}.mp4")
+        error_console.print(f"There is no display; the film goes to {out.resolve()}.", soft_wrap=True)
+    elif out is None and run.headless and run.recording is None and run.report is None:
+        out = Path("lingual-demonstration.mp4")
+    options = ViewOptions(field_name=run.field, cut=run.cut, backdrop=run.backdrop, show_caption=not windowed)
+    settings = PictureSettings(width, height, run.fps, run.speed, run.view, run.time, options)
+    request = SessionRequest(run.recording, run.mesh, run.solver, run.domains, run.units, run.frames)
+    with stage_bars() as bars:
+        session = build_session(request, bars)
+        if run.field not in session.field_names():
+            names = ", ".join(session.field_names())
+            raise LingualError(f"There is no field '{run.field}'; choose one of: {names}.")
+        try:
+            if windowed:
+                bars.finish()
+                show(session, settings)
+            else:
+                total = session.simulation.trajectory.frame_count
+                session.simulate(lambda frame: bars("simulation", (frame + 1) / total))
+                if out is not None:
+                    write(session, out, settings, bars)
+        finally:
+            if run.report is not None:
+                write_report(run.report, simulation_report(session.simulation, run.mesh or "head"))
+    if not windowed:
+        _summarise(session, out)
+
+
+def _summarise(session, out: Path | None) -> None:  # type: ignore[no-untyped-def]
+    history = session.history
+    step = history.scalar("step_ms")
+    console.print(
+        f"{history.frame_count} frames by the {session.solver_name} solver at {1e3 / step.mean():.0f} frames/s; "
+        f"sensor error {history.scalar('sensor_error_mm').max():.2g} mm at most, "
+        f"smallest det F {history.scalar('det_f_min').min():.2f}, "
+        f"volume within {100 * abs(history.scalar('volume_ratio') - 1).max():.2f} %.",
+        soft_wrap=True,
+    )
+    if session.failure:
+        error_console.print(f"[yellow]warning:[/] {session.failure}", soft_wrap=True)
+    if out is not None:
+        console.print(f"Written: {out.resolve()}", soft_wrap=True)
+
+
+def _parse_size(text: str) -> tuple[int, int]:
+    try:
+        width, height = (int(part) for part in text.lower().split("x"))
+    except ValueError as error:
+        raise LingualError(f"--size is '{text}'; write it as WIDTHxHEIGHT, such as 1280x720.") from error
+    if not (0 < width <= 16384 and 0 < height <= 16384):
+        raise LingualError(f"--size is {text}; width and height must be between 1 and 16384 pixels.")
+    return width, height
+
+
+def main() -> None:
+    """Runs the command; a LingualError becomes one sentence and exit code 2."""
+    plain_messages()
+    try:
+        app(standalone_mode=False)
+    except LingualError as error:
+        error_console.print(f"[red]error:[/] {error}", soft_wrap=True)
+        sys.exit(2)
+    except typer.Abort:
+        sys.exit(130)
+    except KeyboardInterrupt:
+        error_console.print("Interrupted.")
+        sys.exit(130)
+    except Exception as error:
+        _usage_error(error)
+
+
+def _usage_error(error: Exception) -> None:
+    """Prints what click says of wrong options and exits with its code; anything else is raised."""
+    format_message = getattr(error, "format_message", None)
+    if format_message is None:
+        raise error
+    error_console.print(f"[red]error:[/] {format_message()} Try 'lingual --help'.", soft_wrap=True)
+    sys.exit(getattr(error, "exit_code", 2))

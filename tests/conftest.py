@@ -1,0 +1,91 @@
+"""What tests share: the folder of real data, and small stand-ins for recordings and meshes."""
+
+from itertools import permutations
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import settings
+
+settings.register_profile("lingual", deadline=None, derandomize=True)
+settings.load_profile("lingual")
+
+
+@pytest.fixture(scope="session")
+def shared_data() -> Path:
+    """Folder of measured meshes and recordings outside the repository; skips where it is absent."""
+    folder = (Path(__file__).parents[1] / ".." / "shared" / "data").resolve()
+    if not folder.is_dir():
+        pytest.skip("the folder ../shared/data with measured data is absent")
+    return folder
+
+
+@pytest.fixture(scope="session")
+def luo_rows():
+    """A recording in Luo's columns [mm, x backwards, y downwards]: (300, 15), smooth, with a moving jaw."""
+    t = np.arange(300)[:, None, None] / 100.0
+    rest = np.array([[80.0, 115], [68, 116], [53, 120], [42, 127], [36, 136], [20, 120], [19, 138]])
+    reach = np.array([[4.0, 6], [5, 7], [5, 6], [6, 7], [1, 3], [0.5, 0.5], [1, 4]])
+    phase = np.arange(7)[None, :, None] * 0.4
+    xy = rest + reach * np.sin(2 * np.pi * 1.5 * t + phase) * np.sin(2 * np.pi * 0.4 * t)
+    return np.concatenate([np.zeros((300, 1)), xy.reshape(300, 14)], axis=1)
+
+
+def luo_text(rows: np.ndarray) -> str:
+    lines = [f"{len(rows)} {rows.shape[1]}"]
+    lines += [" ".join(f"{value:.6f}" for value in row) + " " for row in rows]
+    return "\n".join(lines) + "\n"
+
+
+@pytest.fixture
+def write_luo(tmp_path):
+    """Function that writes rows (n, 15) as a recording and returns its path."""
+
+    def write(rows: np.ndarray, name: str = "sentence.txt") -> Path:
+        path = tmp_path / name
+        path.write_text(luo_text(rows))
+        return path
+
+    return write
+
+
+@pytest.fixture(scope="session")
+def wedge():
+    """A tongue-like block [mm, head axes], 80 long, 40 wide, 45 high, thin at the tip.
+
+    Nodes (n, 3) and positively oriented tets (m, 4).
+    """
+    shape = (9, 5, 6)
+    grid = np.stack(np.meshgrid(*(np.linspace(0, 1, n) for n in shape), indexing="ij"), axis=-1)
+    nodes = (grid * [80.0, 40.0, 45.0] - [80.0, 20.0, 45.0]).reshape(-1, 3)
+    nodes[:, 2] *= np.interp(nodes[:, 0], [-80.0, -40.0, 0.0], [1.0, 1.0, 0.25])
+    index = np.arange(len(nodes)).reshape(shape)
+    corners = np.stack(
+        [index[i : i + 8, j : j + 4, k : k + 5].ravel() for i, j, k in np.ndindex(2, 2, 2)], axis=1
+    )
+    # Kuhn's six tetrahedra of a cube: one for each order of the three axes from corner 0 to corner 7.
+    tets = []
+    for order in permutations((4, 2, 1)):
+        path = [0, order[0], order[0] + order[1], 7]
+        tets.append(corners[:, path])
+    tets = np.concatenate(tets)
+    x = nodes[tets]
+    turned = np.linalg.det(x[:, 1:] - x[:, :1]) < 0
+    tets[turned] = tets[turned][:, [0, 2, 1, 3]]
+    return nodes, tets
+
+
+@pytest.fixture
+def write_tetgen(tmp_path):
+    """Function that writes NAME.node and NAME.ele, numbered from `first`; returns the latter's path."""
+
+    def write(nodes: np.ndarray, tets: np.ndarray, name: str = "tongue", first: int = 0) -> Path:
+        lines = [f"{len(nodes)}  3  0  0"]
+        lines += [f"{i + first}  {x!r}  {y!r}  {z!r}" for i, (x, y, z) in enumerate(nodes.tolist())]
+        (tmp_path / f"{name}.node").write_text("\n".join([*lines, "# a comment", ""]))
+        lines = [f"{len(tets)}  4  0"]
+        lines += [f"{i + first} " + " ".join(map(str, tet)) for i, tet in enumerate((tets + first).tolist())]
+        (tmp_path / f"{name}.ele").write_text("\n".join([*lines, "# a comment", ""]))
+        return tmp_path / f"{name}.ele"
+
+    return write
