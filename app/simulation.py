@@ -81,13 +81,10 @@ class Simulation:
         substeps, converged = self._advance(frame)
         step_ms = 1e3 * (time.perf_counter() - started)
         if not converged:
+            if not self.unconverged_frames:
+                when = self.trajectory.time[frame]
+                log.warning("Frame %d (%.2f s) did not converge even in %d smaller steps.", frame, when, substeps)
             self.unconverged_frames.append(frame)
-            log.warning(
-                "Frame %d (%.2f s) did not converge even with %d smaller steps; the nearest state is kept.",
-                frame,
-                self.trajectory.time[frame],
-                substeps,
-            )
         self._record(frame, step_ms, substeps, converged)
 
     def _advance(self, frame: int) -> tuple[int, bool]:

@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from rich.console import Console
-from rich.logging import RichHandler
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 error_console = Console(stderr=True, highlight=False)
@@ -56,5 +55,5 @@ def plain_messages() -> None:
 
     warnings.showwarning = show
     warnings.simplefilter("default", UserWarning)
-    handler = RichHandler(console=error_console, show_time=False, show_path=False, rich_tracebacks=False)
-    logging.basicConfig(level=logging.WARNING, format="%(message)s", handlers=[handler])
+    logging.basicConfig(level=logging.WARNING, format="%(levelname)s: %(message)s")
+    logging.addLevelName(logging.WARNING, "warning")

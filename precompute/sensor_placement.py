@@ -15,7 +15,7 @@ from ..model.sensors import SENSOR_NAMES, SensorLayout
 from ..model.tet_mesh import TetMesh
 
 ARC_LENGTHS = (0.010, 0.030, 0.045, 0.060)
-"""Distances of TT, TB, TD and TR behind the tip along the surface [m]."""
+"""Distances of TT, TB, TD and TR behind the tip along the surface [m], as in Luo (2017)."""
 
 FOOTPRINT_RADIUS = 0.00175
 """Radius of the patch of surface that a coil holds [m]: coils are 3 to 4 mm across with their glue."""

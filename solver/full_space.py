@@ -85,6 +85,7 @@ class _FullStep:
         if self.constraints.set_control(control) or dt != self._dt:
             self._preconditioner.forget()
         self._dt = dt
+        self._scale = newton.smallest_scale(float(self._mass[::3].sum()), dt)
         self._start = start.ravel()
         self._velocity = velocity.ravel()
         self._load = self._mass * np.tile(control.gravity, len(self._free))
@@ -97,7 +98,7 @@ class _FullStep:
         inertia = self._mass * (rate - self._velocity) / self._dt
         internal = self._discretisation.internal_force(self._dt)[self._free].ravel()
         residual = inertia + self._damping_mass * self._mass * rate + internal - self._load
-        return residual, max(self._norm(inertia), self._norm(internal), 1e-9)
+        return residual, max(self._norm(inertia), self._norm(internal), self._scale)
 
     def gap(self, x: NDArray) -> NDArray:
         return self.constraints.target - self.constraints.rows @ x

@@ -19,6 +19,17 @@ TOLERANCE = 1e-8
 """Relative residual in the mass norm at which a step has converged."""
 MAXIMUM_ITERATIONS = 15
 LINE_SEARCH_HALVINGS = 6
+NEGLIGIBLE_DISPLACEMENT = 1e-6
+"""[m]. Residuals are relative to no less than the inertia of the whole tongue moving so far in a step."""
+
+
+def smallest_scale(mass: float, dt: float) -> float:
+    """Least magnitude of force, in the norm dual to the mass, that a residual is compared with.
+
+    mass [kg] of the whole tongue. Without it, a tongue that has come to rest would be asked to converge
+    relative to its own rounding errors.
+    """
+    return NEGLIGIBLE_DISPLACEMENT * mass**0.5 / dt**2
 
 
 class StepProblem(Protocol):

@@ -87,6 +87,7 @@ class _ReducedStep:
         dtype = self.forces.elements.precision.numpy
         self.constraints = SensorConstraints(model.tongue, model.sensor_rows.astype(dtype))
         self._damping_mass = material.damping_mass
+        self._mass = float(model.tongue.node_masses.sum())
         self._preconditioner = LaggedPreconditioner()
         self._dt = 0.0
         # B^T M 1, the reduced force of a unit acceleration of all nodes.
@@ -100,6 +101,7 @@ class _ReducedStep:
         if self.constraints.set_control(control) or dt != self._dt:
             self._preconditioner.forget()
         self._dt = dt
+        self._scale = newton.smallest_scale(self._mass, dt)
         self.forces.set_coordinates(start)
         self.forces.elements.begin_step()
 
@@ -109,7 +111,7 @@ class _ReducedStep:
         inertia = (rate - self._velocity) / self._dt
         internal = self.forces.force(self._dt).ravel()
         residual = inertia + self._damping_mass * rate + internal - self._load
-        return residual, max(float(np.linalg.norm(inertia)), float(np.linalg.norm(internal)), 1e-9)
+        return residual, max(float(np.linalg.norm(inertia)), float(np.linalg.norm(internal)), self._scale)
 
     def gap(self, x: NDArray) -> NDArray:
         return self.constraints.target - self.constraints.rows @ x

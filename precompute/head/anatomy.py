@@ -5,7 +5,6 @@ Sources:
             the teeth: averages to which individual teeth are carved.
   [Bonwill] Bonwill's equilateral triangle of about 4 inches between the condyles and the mesial contact of
             the lower central incisors, in any textbook of occlusion.
-  [Luo]     Luo (2017): coils 10, 30, 45 and 60 mm behind the tip.
   [chosen]  our own: a value inside the range that anatomy textbooks and midsagittal images of adults show,
             tuned so that the parts fit each other.
 
@@ -97,7 +96,7 @@ class HeadAnatomy:
     overbite: float = 2.0  # [chosen: 2 to 3 mm is usual]
     rest_opening: float = 6.5  # way of the lower incisors' edge from bite to rest [chosen]
 
-    # Mandible in bite; [Bonwill] sets the condyles 104 mm from the incisors and 100 mm apart.
+    # Mandible in bite; by [Bonwill] the condyles are about 100 mm from the incisors and from each other.
     condyle: tuple[float, float, float] = (-84.0, 50.0, 37.0)
     gonion: tuple[float, float, float] = (-76.0, 47.0, -22.0)  # ramus about 60 mm high [chosen]
     menton: tuple[float, float, float] = (-10.0, 0.0, -37.0)  # symphysis about 32 mm high [chosen]
@@ -108,7 +107,6 @@ class HeadAnatomy:
     palate_height: float = 20.0
     palate_thickness: float = 4.0
     velum_length: float = 33.0
-    velum_thickness: float = 7.5
 
     # Hyoid: body 24 mm wide, greater horns 30 mm long [chosen].
     hyoid_centre: tuple[float, float, float] = (-58.5, 0.0, -44.5)
@@ -144,7 +142,6 @@ class HeadAnatomy:
         (-13.5, -10.9),
         (-9.6, -8.8),
     )
-    sensor_arc_lengths: tuple[float, float, float, float] = (10.0, 30.0, 45.0, 60.0)  # [Luo]
 
     def key(self) -> dict[str, object]:
         """All values, JSON-serialisable, to recognise what was built from them."""

@@ -1,1 +1,1 @@
-"""One imgui panel a file."""
+"""One imgui panel a file: functions of (PanelContext) that draw into the current imgui window."""

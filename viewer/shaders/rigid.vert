@@ -1,0 +1,37 @@
+#version 410 core
+#include "frame.glsl"
+#include "studio.glsl"
+
+uniform vec3 jaw_translation;   // jaw frame to head frame [m]
+uniform vec3 reflectance[3];    // per kind of tissue: diffuse
+uniform vec3 surface[3];        // per kind of tissue: opacity facing the eye, at grazing view; gloss
+
+in vec3 in_position;   // the part's own frame [m]
+in vec3 in_normal;
+in vec3 in_kind;       // ambient occlusion, kind of tissue, 1 where the part moves with the jaw
+
+centroid out vec3 v_position;
+centroid out vec3 v_normal;
+centroid out vec3 v_body;         // diffuse colour, display values: smooth enough to be worked out per vertex
+centroid out float v_back_light;
+flat out vec3 v_surface;
+
+void main() {
+    int tissue = int(in_kind.y + 0.5);
+    v_position = in_position + in_kind.z * jaw_translation;
+    v_normal = in_normal;
+    v_surface = surface[tissue];
+
+    float key = clamp(0.8 * dot(in_normal, key_direction.xyz) + 0.2, 0.0, 1.0);
+    float fill = clamp(0.8 * dot(in_normal, fill_direction.xyz) + 0.2, 0.0, 1.0);
+    v_back_light = clamp(dot(in_normal, rim_direction.xyz), 0.0, 1.0);
+    float open = 0.3 + 0.7 * in_kind.x;
+    vec3 irradiance = (KEY_LIGHT * key + FILL_LIGHT * fill + RIM_LIGHT * (0.4 * v_back_light)) * open
+        + ambient_light(in_normal) * in_kind.x;
+    v_body = developed(reflectance[tissue] * irradiance);
+    // Clear tissue before a light backdrop is read by its shade, not by its light.
+    v_body *= mix(1.0, 0.60 + 0.40 * v_surface.x, step(0.5, backdrop_centre.g));
+
+    gl_Position = view_projection * vec4(v_position, 1.0);
+    gl_ClipDistance[0] = dot(vec4(v_position, 1.0), clip_plane);
+}
