@@ -79,6 +79,11 @@ class StateHistory:
         """Times of the frames so far [s], (frame_count,)."""
         return self._time[: self.frame_count]
 
+    @property
+    def sensors(self) -> NDArray[np.float64]:
+        """Sensor positions of the frames so far [m], (frame_count, sensor_count, 3), jaw frame."""
+        return self._sensors[: self.frame_count, 0]
+
     def scalar(self, name: str) -> NDArray[np.float64]:
         """A named value over the frames so far, (frame_count,); NaN where a frame did not give it."""
         count = self.frame_count

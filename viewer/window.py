@@ -15,7 +15,6 @@ from .layout import arrange, draw_panels
 from .panels.panel_context import PanelContext
 from .playback import Playback
 from .scene import Scene, default_camera
-from .sensor_track import SensorTrack
 from .session_view import NO_FIELD, SessionView, sample_at, simulated_until
 from .theme import PANEL
 from .view_options import ViewOptions
@@ -58,7 +57,6 @@ class ViewerWindow:
             options=options or ViewOptions(),
             timing=FrameTiming(),
             renderer=renderer_name(self._context),
-            track=SensorTrack(session.model.sensors.count, session.duration),
             sample=sample_at(session, 0.0),
         )
 

@@ -7,7 +7,6 @@ from ..camera import Camera
 from ..frame_timing import FrameTiming
 from ..playback import Playback
 from ..scene import default_camera
-from ..sensor_track import SensorTrack
 from ..session_view import NO_FIELD, ScalarField, SessionView
 from ..view_options import ViewOptions
 
@@ -26,7 +25,7 @@ class Viewport:
 class PanelContext:
     """The state of the window that panels share: all of them show and change the same time and view.
 
-    renderer: name of the device that draws. track: the coils' motion so far.
+    renderer: name of the device that draws.
     sample, scalar: what is on screen now. selected_sensor: index of the coil to emphasise,
     or None. close_requested: by a key.
     """
@@ -37,7 +36,6 @@ class PanelContext:
     options: ViewOptions
     timing: FrameTiming
     renderer: str
-    track: SensorTrack
     sample: Sample
     scalar: ScalarField | None = None
     selected_sensor: int | None = None
