@@ -52,16 +52,23 @@ def write(session: Session, path: Path, settings: PictureSettings, bars: StageBa
         raise LingualError(f"There is no view '{settings.view}'; choose one of {', '.join(VIEWS)}.")
     camera = default_camera(session.model)
     camera.look(settings.view)
-    common = {"width": settings.width, "height": settings.height, "camera": camera, "options": settings.options}
-    film = {**common, "frame_rate": settings.frame_rate, "speed": settings.speed}
-    suffix = path.suffix.lower()
-    if suffix == ".png":
+    width, height, options = settings.width, settings.height, settings.options
+    if path.suffix.lower() == ".png":
         time = settings.time if settings.time is not None else most_displaced_time(session)
-        write_picture(session, path, time, **common)
-    elif suffix:
-        write_movie(session, path, progress=bars.counted("pictures"), **film)
-    else:
-        write_frames(session, path, progress=bars.counted("pictures"), **film)
+        write_picture(session, path, time, width=width, height=height, camera=camera, options=options)
+        return
+    film = write_movie if path.suffix else write_frames
+    film(
+        session,
+        path,
+        width=width,
+        height=height,
+        frame_rate=settings.frame_rate,
+        speed=settings.speed,
+        camera=camera,
+        options=options,
+        progress=bars.counted("pictures"),
+    )
 
 
 def most_displaced_time(session: Session) -> float:

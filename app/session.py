@@ -4,9 +4,8 @@ import logging
 import threading
 from collections.abc import Callable
 
-from ..model import ReducedModel, StateHistory, TongueModel
+from ..model import ReducedModel
 from ..model.history import Sample
-from ..solver.protocol import Solver
 from ..viewer.session_view import ScalarField
 from .fields import FieldSource
 from .simulation import Simulation
@@ -23,30 +22,14 @@ class Session:
     def __init__(self, simulation: Simulation, title: str, reduced: ReducedModel | None = None) -> None:
         self.simulation = simulation
         self.title = title
+        self.model = simulation.solver.tongue
+        self.history = simulation.history
+        self.solver_name = simulation.solver.name
+        self.duration = float(simulation.trajectory.time[-1])
         self._fields = FieldSource(simulation.solver.tongue, reduced)
         self._stop = threading.Event()
         self._thread: threading.Thread | None = None
         self._failure: str | None = None
-
-    @property
-    def model(self) -> TongueModel:
-        return self.solver.tongue
-
-    @property
-    def solver(self) -> Solver:
-        return self.simulation.solver
-
-    @property
-    def solver_name(self) -> str:
-        return self.solver.name
-
-    @property
-    def history(self) -> StateHistory:
-        return self.simulation.history
-
-    @property
-    def duration(self) -> float:
-        return float(self.simulation.trajectory.time[-1])
 
     @property
     def failure(self) -> str | None:

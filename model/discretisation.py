@@ -38,7 +38,7 @@ class ElementForces:
         self._material = self.precision.parameters(*elastic)
         self._viscosity = self.precision.parameters(*viscous)
         self._damping = material.damping_stiffness
-        self.weights = wp.array(weights, dtype=self.precision.scalar, device=device)
+        self.weights: wp.array = wp.array(weights, dtype=self.precision.scalar, device=device)
         self.gradient = self._elements(self.precision.mat33)
         self.gradient_start = self._elements(self.precision.mat33)
         self.stress = self._elements(self.precision.mat33)
@@ -123,8 +123,8 @@ class Discretisation:
         self.elements = ElementForces(material, mesh.volumes, precision_name, device)
         p = self.elements.precision
         self._kernels = full_space_kernels(precision_name)
-        self._tets = wp.array(mesh.tets, dtype=wp.int32, device=device)
-        self._shape_gradients = wp.array(mesh.shape_gradients, dtype=p.vec3, device=device)
+        self._tets: wp.array = wp.array(mesh.tets, dtype=wp.int32, device=device)
+        self._shape_gradients: wp.array = wp.array(mesh.shape_gradients, dtype=p.vec3, device=device)
         self._displacement = wp.zeros(mesh.node_count, dtype=p.vec3, device=device)
         self._force = wp.zeros(mesh.node_count, dtype=p.vec3, device=device)
         self.device = device
@@ -160,7 +160,7 @@ class Discretisation:
     @cached_property
     def _blocks(self) -> tuple[wp.array, wp.array]:
         blocks = wp.zeros(len(self._pattern.columns), dtype=self.elements.precision.mat33, device=self.device)
-        pairs = wp.array(self._pattern.block_of_pair, dtype=wp.int32, device=self.device)
+        pairs: wp.array = wp.array(self._pattern.block_of_pair, dtype=wp.int32, device=self.device)
         return blocks, pairs
 
     def stiffness(self, step: float | None = None) -> sp.bsr_array:

@@ -30,7 +30,7 @@ class ReducedForces:
         self._kernels = reduced_kernels(precision_name)
         rows, columns = gradient_operator.shape
         self.column_count = columns
-        self._operator = wp.array(gradient_operator, dtype=p.scalar, device="cpu")
+        self._operator: wp.array = wp.array(gradient_operator, dtype=p.scalar, device="cpu")
         # Zero-copy NumPy views of the Warp arrays.
         self._H = self._operator.numpy()
         self._H_transposed = np.ascontiguousarray(self._H.T)

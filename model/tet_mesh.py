@@ -64,9 +64,8 @@ class TetMesh:
     @cached_property
     def node_volumes(self) -> NDArray[np.float64]:
         """Volume lumped to each node, a quarter of every adjacent tetrahedron [m^3], (node_count,)."""
-        return np.bincount(
-            self.tets.ravel(), weights=np.repeat(self.volumes / 4.0, 4), minlength=self.node_count
-        )
+        quarter = np.repeat(self.volumes / 4.0, 4)
+        return np.bincount(self.tets.ravel(), weights=quarter, minlength=self.node_count).astype(np.float64)
 
     @cached_property
     def boundary_triangles(self) -> NDArray[np.int32]:

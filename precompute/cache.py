@@ -13,6 +13,7 @@ import tempfile
 import zipfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -85,7 +86,8 @@ def _write(path: Path, identity: str, arrays: Arrays) -> None:
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.NamedTemporaryFile(dir=path.parent, suffix=".part", delete=False) as part:
-            np.savez(part, __identity__=identity, __checksum__=_checksum(arrays), **arrays)
+            named: dict[str, Any] = {"__identity__": identity, "__checksum__": _checksum(arrays), **arrays}
+            np.savez(part, **named)
         os.replace(part.name, path)
     except OSError as error:
         log.warning("The cache file %s cannot be written (%s); the work is repeated next time.", path, error)

@@ -3,12 +3,12 @@
 Given poses Q_t, the reduced internal force is f_t = sum_e V_e g_e(Q_t). A few elements S with weights
 w >= 0 are sought such that sum_S w_e g_e(Q_t) = f_t for all t, each pose scaled by 1/|f_t|. Greedily, the
 candidates whose contribution points best along the residual join S, a few at a time, then the weights
-of S are solved again.
+of S are solved again and elements whose weight comes out negative leave (they may join again).
 """
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import nnls
+from scipy.linalg import cho_factor, cho_solve
 
 from ..model import ReducedModel, TongueModel
 from ..model.reduced_forces import ReducedForces
@@ -25,6 +25,8 @@ BATCH = 10
 """Elements that join between two solutions of the weights."""
 ROUNDS_PER_BATCH = 3
 """Rounds allowed for each batch: an element whose weight falls to zero leaves and may be replaced."""
+GRAM_SHIFT = 1e-5
+"""Added to the unit diagonal of the normal equations: their products are taken in float32."""
 
 
 def select_cubature(
@@ -105,36 +107,50 @@ def _greedy_nnls(
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     """Sorted column indices and positive weights that approximately minimise |columns w - target|."""
     length = np.linalg.norm(columns, axis=0)
-    target_length = float(np.linalg.norm(target))
+    scaled_target = target / np.linalg.norm(target)
     chosen = np.zeros(0, dtype=np.int64)
     weights = np.zeros(0)
-    active = np.zeros((len(target), 0))
+    normal = _NormalEquations(columns / length, scaled_target)
+    residual = scaled_target
     for _ in range(ROUNDS_PER_BATCH * element_count // BATCH):
         progress("cubature elements", len(chosen) / element_count)
-        residual = target - active @ weights
-        if len(chosen) == element_count or np.linalg.norm(residual) < tolerance * target_length:
+        if len(chosen) == element_count or np.linalg.norm(residual) < tolerance:
             break
-        alignment = (residual.astype(np.float32) @ columns) / length
+        alignment = residual @ normal.columns
         alignment[chosen] = -np.inf
         joining = np.argsort(alignment)[::-1][: min(BATCH, element_count - len(chosen))]
         chosen = np.concatenate([chosen, joining[alignment[joining] > 0.0]])
-        active = columns[:, chosen].astype(np.float64)
-        weights = _nonnegative_weights(active, target)
-        kept = weights > 0.0
-        chosen, weights, active = chosen[kept], weights[kept], active[:, kept]
+        chosen, weights = normal.positive_solution(chosen)
+        residual = scaled_target - normal.columns[:, chosen] @ weights.astype(np.float32)
     progress("cubature elements", 1.0)
     order = np.argsort(chosen)
-    return chosen[order], weights[order]
+    scale = np.linalg.norm(target) / length[chosen]
+    return chosen[order], (weights * scale)[order]
 
 
-def _nonnegative_weights(active: NDArray[np.float64], target: NDArray[np.float32]) -> NDArray[np.float64]:
-    """Non-negative least squares through a Cholesky factor of the (small) scaled Gram matrix."""
-    scale = 1.0 / np.linalg.norm(active, axis=0)
-    gram = (active.T @ active) * scale[:, None] * scale[None, :]
-    root = np.linalg.cholesky(gram + 1e-12 * np.eye(len(gram))).T
-    right = np.linalg.solve(root.T, (active.T @ target) * scale)
-    solution, _ = nnls(root, right, maxiter=30 * len(gram))
-    return solution * scale
+class _NormalEquations:
+    """Least squares on growing subsets of unit columns; inner products are taken once a column."""
+
+    def __init__(self, columns: NDArray[np.float32], target: NDArray[np.float32]) -> None:
+        self.columns = columns
+        self._right = (target @ columns).astype(np.float64)
+        self._rows: dict[int, NDArray[np.float64]] = {}
+
+    def _gram(self, chosen: NDArray[np.int64]) -> NDArray[np.float64]:
+        new = [c for c in chosen if c not in self._rows]
+        if new:
+            products = (self.columns[:, new].T @ self.columns).astype(np.float64)
+            self._rows.update(zip(new, products, strict=True))
+        return np.array([self._rows[c][chosen] for c in chosen])
+
+    def positive_solution(self, chosen: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+        """The columns that stay and their positive weights: those that come out negative leave."""
+        while True:
+            gram = self._gram(chosen) + GRAM_SHIFT * np.eye(len(chosen))
+            weights = cho_solve(cho_factor(gram), self._right[chosen])
+            if (weights > 0.0).all():
+                return chosen, weights
+            chosen = chosen[weights > 0.0]
 
 
 def relative_force_errors(model: ReducedModel, poses: NDArray[np.float64]) -> NDArray[np.float64]:

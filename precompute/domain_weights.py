@@ -30,7 +30,12 @@ DIFFUSION_LENGTH = 3e-3
 DIFFUSION_STEPS = 2
 
 
-def domain_weights(tongue: TongueModel, seeds: list[Seed], progress: Progress = silent) -> NDArray[np.float64]:
+def domain_weights(
+    tongue: TongueModel,
+    seeds: list[Seed],
+    diffusion_length: float = DIFFUSION_LENGTH,
+    progress: Progress = silent,
+) -> NDArray[np.float64]:
     """Weights (node_count, domain_count) in [0, 1], rows summing to one or less, zero at fixed nodes."""
     discretisation = Discretisation(tongue.mesh, tongue.material)
     discretisation.set_displacement(np.zeros((tongue.mesh.node_count, 3)))
@@ -43,13 +48,14 @@ def domain_weights(tongue: TongueModel, seeds: list[Seed], progress: Progress = 
         direction = principal_direction(stiffness, seed.nodes, anchors)
         raw[:, j] = response_along(stiffness, seed.nodes, anchors, direction)
     progress("domain weights", 1.0)
-    return diffuse(tongue, blend_with_ground(raw, tongue.fixed_nodes))
+    return diffuse(tongue, blend_with_ground(raw, tongue.fixed_nodes), diffusion_length)
 
 
-def diffuse(tongue: TongueModel, weights: NDArray[np.float64]) -> NDArray[np.float64]:
+def diffuse(tongue: TongueModel, weights: NDArray[np.float64], length: float) -> NDArray[np.float64]:
     """Implicit diffusion steps (V + l^2 L) w' = V w with natural boundary, zero at the fixed nodes.
 
-    V: node volumes, L: the linear-element Laplacian. Keeps [0, 1] up to a clip, since the steps average.
+    V: node volumes, L: the linear-element Laplacian, l: `length` [m], zero for none.
+    Keeps [0, 1] up to a clip, since the steps average.
     """
     mesh, free = tongue.mesh, tongue.free_nodes
     gradients = mesh.shape_gradients
@@ -59,7 +65,7 @@ def diffuse(tongue: TongueModel, weights: NDArray[np.float64]) -> NDArray[np.flo
     shape = (mesh.node_count, mesh.node_count)
     laplacian = sp.csr_array((local.ravel(), (rows, columns)), shape=shape)
     volume = sp.diags_array(mesh.node_volumes[free])
-    factor = factorise(volume + DIFFUSION_LENGTH**2 * laplacian[free][:, free])
+    factor = factorise(volume + length**2 * laplacian[free][:, free])
     smooth = np.zeros_like(weights)
     smooth[free] = weights[free]
     for _ in range(DIFFUSION_STEPS):

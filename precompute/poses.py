@@ -76,7 +76,7 @@ def equilibrium_poses(
 
 
 def _equilibrium(
-    forces: ReducedForces, rows: NDArray[np.float64], target: NDArray[np.float64]
+    forces: ReducedForces, rows: NDArray[np.floating], target: NDArray[np.float64]
 ) -> NDArray[np.float64] | None:
     """Newton's method from rest; None when it does not settle or turns elements inside out."""
     coordinates = np.zeros((forces.column_count, 3))

@@ -3,18 +3,17 @@
 from dataclasses import asdict, dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..model import ReducedModel, TongueModel, Trajectory
 from .basis import blended_quadratic_basis
 from .cache import Arrays, cached, digest
 from .cubature import relative_force_errors, select_cubature
-from .domain_weights import domain_weights
+from .domain_weights import DIFFUSION_LENGTH, domain_weights
 from .poses import equilibrium_poses, recorded_displacements, sampled_displacements
 from .progress import Progress, silent
-from .seeds import Seed, choose_seeds
+from .seeds import FOOTPRINT_RADIUS, choose_seeds
 
-ALGORITHM_VERSION = 4
+ALGORITHM_VERSION = 6
 """Part of the cache key: raise it when any step below changes its result."""
 
 
@@ -23,13 +22,17 @@ class ReductionSettings:
     """What the user may choose.
 
     domain_count: quadratic domains (sensors, mass centre, then farthest points).
-    cubature_count: elements at most; cubature_tolerance: relative training error that is good enough
+    footprint_radius, diffusion_length: size of a seed and smoothing of the domain weights [m].
+    cubature_per_domain: elements at most, for each domain.
+    cubature_tolerance: relative training error that is good enough
         (held-out poses come out a little worse; the default keeps them within 5 %).
     pose_count: training poses. seed: of the random sampling; the same seed gives the same model.
     """
 
     domain_count: int = 5
-    cubature_count: int = 1000
+    footprint_radius: float = FOOTPRINT_RADIUS
+    diffusion_length: float = DIFFUSION_LENGTH
+    cubature_per_domain: int = 200
     cubature_tolerance: float = 0.033
     pose_count: int = 120
     seed: int = 2017
@@ -63,24 +66,20 @@ def build_reduced_model(
     return _from_arrays(tongue, arrays)
 
 
-def build_domains(
-    tongue: TongueModel, domain_count: int, progress: Progress = silent
-) -> tuple[list[Seed], NDArray[np.float64], NDArray[np.float64]]:
-    """Seeds, weights (node_count, domains) and basis (node_count, columns) without cubature."""
-    seeds = choose_seeds(tongue, domain_count)
-    weights = domain_weights(tongue, seeds, progress)
-    return seeds, weights, blended_quadratic_basis(tongue, seeds, weights)
-
-
-def all_element_model(tongue: TongueModel, domain_count: int, progress: Progress = silent) -> ReducedModel:
+def all_element_model(tongue: TongueModel, domain_count: int = 5, progress: Progress = silent) -> ReducedModel:
     """The reduced model that integrates every element exactly: the reference for cubature."""
-    seeds, weights, basis = build_domains(tongue, domain_count, progress)
+    return _exact_model(tongue, ReductionSettings(domain_count=domain_count), progress)
+
+
+def _exact_model(tongue: TongueModel, settings: ReductionSettings, progress: Progress) -> ReducedModel:
+    seeds = choose_seeds(tongue, settings.domain_count, settings.footprint_radius)
+    weights = domain_weights(tongue, seeds, settings.diffusion_length, progress)
     return ReducedModel(
         tongue=tongue,
         domain_names=tuple(s.name for s in seeds),
         seeds=np.array([s.centre for s in seeds]),
         domain_weights=weights,
-        basis=basis,
+        basis=blended_quadratic_basis(tongue, seeds, weights),
         cubature_elements=np.arange(tongue.mesh.tet_count),
         cubature_weights=tongue.mesh.volumes,
         cubature_error=0.0,
@@ -91,7 +90,7 @@ def _reduce(
     tongue: TongueModel, settings: ReductionSettings, recordings: list[Trajectory], progress: Progress
 ) -> Arrays:
     rng = np.random.default_rng(settings.seed)
-    exact = all_element_model(tongue, settings.domain_count, progress)
+    exact = _exact_model(tongue, settings, progress)
     rest = tongue.sensor_rest_positions
     recorded = np.zeros((0, *rest.shape))
     if recordings:
@@ -100,7 +99,12 @@ def _reduce(
     poses = equilibrium_poses(exact, np.concatenate([recorded, sampled]), rng, progress)
     training, held_out = poses[:-HELD_OUT_POSES], poses[-HELD_OUT_POSES:]
     elements, weights = select_cubature(
-        exact, training, settings.cubature_count, settings.cubature_tolerance, rng, progress
+        exact,
+        training,
+        settings.cubature_per_domain * settings.domain_count,
+        settings.cubature_tolerance,
+        rng,
+        progress,
     )
     model = replace(exact, cubature_elements=elements, cubature_weights=weights)
     error = np.sqrt(np.mean(relative_force_errors(model, held_out) ** 2))

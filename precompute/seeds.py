@@ -9,7 +9,7 @@ from scipy.spatial import cKDTree
 from ..model import LingualError, TongueModel
 
 FOOTPRINT_RADIUS = 2.0e-3
-"""Radius [m] of the nodes that act as one seed: a coil's footprint, about 3 mm across."""
+"""Radius [m] of the nodes that act as one seed: a coil's footprint, 3 to 4 mm across."""
 
 MINIMUM_FOOTPRINT = 4
 
@@ -23,7 +23,9 @@ class Seed:
     centre: NDArray[np.float64]
 
 
-def choose_seeds(tongue: TongueModel, domain_count: int) -> list[Seed]:
+def choose_seeds(
+    tongue: TongueModel, domain_count: int, footprint_radius: float = FOOTPRINT_RADIUS
+) -> list[Seed]:
     """Seeds at the sensors and the mass centre (Luo 2017, section 7), the rest by farthest points.
 
     Raises LingualError for fewer domains than sensors plus one, or more than the mesh has room for.
@@ -44,7 +46,7 @@ def choose_seeds(tongue: TongueModel, domain_count: int) -> list[Seed]:
         if len(points) == len(seeds):
             points.append(_farthest_node(nodes, tongue, np.array([s.centre for s in seeds])))
             names.append(f"D{len(names) + 1}")
-        footprint = np.setdiff1d(_footprint(tree, points[len(seeds)]), taken)
+        footprint = np.setdiff1d(_footprint(tree, points[len(seeds)], footprint_radius), taken)
         if len(footprint) == 0:
             raise LingualError(f"The mesh of '{tongue.name}' has no room for {domain_count} domains; ask for fewer.")
         taken = np.union1d(taken, footprint)
@@ -52,8 +54,8 @@ def choose_seeds(tongue: TongueModel, domain_count: int) -> list[Seed]:
     return seeds
 
 
-def _footprint(tree: cKDTree, point: NDArray[np.float64]) -> NDArray[np.int64]:
-    inside = tree.query_ball_point(point, FOOTPRINT_RADIUS)
+def _footprint(tree: cKDTree, point: NDArray[np.float64], radius: float) -> NDArray[np.int64]:
+    inside = tree.query_ball_point(point, radius)
     nearest = tree.query(point, k=MINIMUM_FOOTPRINT)[1]
     return np.union1d(inside, nearest).astype(np.int64)
 

@@ -5,7 +5,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import scipy.sparse as sp
 from hypothesis import settings
+
+from lingual.model import EmbeddedSurface, Material, SensorLayout, TetMesh, TongueModel
 
 settings.register_profile("lingual", deadline=None, derandomize=True)
 settings.load_profile("lingual")
@@ -49,30 +52,79 @@ def write_luo(tmp_path):
     return write
 
 
+def kuhn_grid(divisions: tuple[int, int, int]) -> tuple[np.ndarray, np.ndarray]:
+    """The unit cube cut into boxes and those into Kuhn's six tetrahedra: nodes (n, 3), x slowest, and tets."""
+    shape = tuple(d + 1 for d in divisions)
+    nodes = np.stack(np.meshgrid(*(np.linspace(0, 1, n) for n in shape), indexing="ij"), axis=-1).reshape(-1, 3)
+    index = np.arange(len(nodes)).reshape(shape)
+    nx, ny, nz = divisions
+    corners = np.stack(
+        [index[i : i + nx, j : j + ny, k : k + nz].ravel() for i, j, k in np.ndindex(2, 2, 2)], axis=1
+    )
+    # One tetrahedron for each order of the three axes from corner 0 to corner 7.
+    tets = np.concatenate([corners[:, [0, a, a + b, 7]] for a, b, _ in permutations((4, 2, 1))])
+    x = nodes[tets]
+    turned = np.linalg.det(x[:, 1:] - x[:, :1]) < 0
+    tets[turned] = tets[turned][:, [0, 2, 1, 3]]
+    return nodes, tets
+
+
 @pytest.fixture(scope="session")
 def wedge():
     """A tongue-like block [mm, head axes], 80 long, 40 wide, 45 high, thin at the tip.
 
     Nodes (n, 3) and positively oriented tets (m, 4).
     """
-    shape = (9, 5, 6)
-    grid = np.stack(np.meshgrid(*(np.linspace(0, 1, n) for n in shape), indexing="ij"), axis=-1)
-    nodes = (grid * [80.0, 40.0, 45.0] - [80.0, 20.0, 45.0]).reshape(-1, 3)
+    nodes, tets = kuhn_grid((8, 4, 5))
+    nodes = nodes * [80.0, 40.0, 45.0] - [80.0, 20.0, 45.0]
     nodes[:, 2] *= np.interp(nodes[:, 0], [-80.0, -40.0, 0.0], [1.0, 1.0, 0.25])
-    index = np.arange(len(nodes)).reshape(shape)
-    corners = np.stack(
-        [index[i : i + 8, j : j + 4, k : k + 5].ravel() for i, j, k in np.ndindex(2, 2, 2)], axis=1
-    )
-    # Kuhn's six tetrahedra of a cube: one for each order of the three axes from corner 0 to corner 7.
-    tets = []
-    for order in permutations((4, 2, 1)):
-        path = [0, order[0], order[0] + order[1], 7]
-        tets.append(corners[:, path])
-    tets = np.concatenate(tets)
-    x = nodes[tets]
-    turned = np.linalg.det(x[:, 1:] - x[:, :1]) < 0
-    tets[turned] = tets[turned][:, [0, 2, 1, 3]]
     return nodes, tets
+
+
+@pytest.fixture(scope="session")
+def block():
+    """Function that makes a box of tetrahedra, one corner at the origin: size [m], divisions -> TetMesh."""
+
+    def make(size: tuple[float, float, float], divisions: tuple[int, int, int]) -> TetMesh:
+        nodes, tets = kuhn_grid(divisions)
+        return TetMesh(nodes * size, tets)
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def tongue_of():
+    """Function that makes a tongue of a mesh held at x = 0, with a sensor on each named node."""
+
+    def make(mesh: TetMesh, sensor_nodes: dict[str, int], material: Material | None = None) -> TongueModel:
+        nodes = np.array(list(sensor_nodes.values()), dtype=int)
+        return TongueModel(
+            name="block",
+            mesh=mesh,
+            fixed_nodes=np.flatnonzero(mesh.nodes[:, 0] == 0.0),
+            sensors=SensorLayout(tuple(sensor_nodes), _selection(nodes, mesh.node_count)),
+            skin=EmbeddedSurface(
+                np.searchsorted(mesh.boundary_nodes, mesh.boundary_triangles).astype(np.int32),
+                _selection(mesh.boundary_nodes, mesh.node_count),
+            ),
+            material=material or Material(),
+        )
+
+    return make
+
+
+def _selection(nodes: np.ndarray, node_count: int) -> sp.csr_array:
+    """Sparse rows that pick the given nodes."""
+    return sp.csr_array((np.ones(len(nodes)), (np.arange(len(nodes)), nodes)), shape=(len(nodes), node_count))
+
+
+@pytest.fixture(scope="session")
+def small_tongue(block, tongue_of) -> TongueModel:
+    """A block of 180 nodes and 576 elements, 60 x 30 x 20 mm, held at its rear, sensors on its upper midline."""
+    mesh = block((0.06, 0.03, 0.02), (8, 4, 3))
+    top = {"TT": 0.0525, "TB": 0.0375, "TD": 0.0225, "TR": 0.015}
+    at = {n: int(np.argmin(np.linalg.norm(mesh.nodes - [x, 0.015, 0.02], axis=1))) for n, x in top.items()}
+    return tongue_of(mesh, at)
 
 
 @pytest.fixture

@@ -33,7 +33,7 @@ from .tongue import Tongue
 NODE_COUNTS = {"small": 1800, "medium": 5500, "large": 11000}
 SHIPPED = "medium"
 ASSET = Path(__file__).with_name("head_medium.npz")
-SHAPE_VERSION = 1
+SHAPE_VERSION = 2
 """Raised when the shapes change without a change of HeadAnatomy."""
 
 Arrays = dict[str, NDArray]
@@ -41,7 +41,7 @@ Corner = tuple[float, float, float]
 Points = NDArray[np.float64]
 Surface = tuple[Points, NDArray[np.int32]]
 
-CROWN_TRIANGLES = {"incisor": 460, "canine": 560, "premolar": 620, "molar": 900}
+CROWN_TRIANGLES = {"incisor": 280, "canine": 330, "premolar": 370, "molar": 540}
 
 # name: (tissue, frame), in the order in which they are stored
 RIGID_PARTS = {
@@ -141,12 +141,12 @@ def tongue_surface(tongue: Tongue, spacing: float = 1.2) -> Surface:
 def rigid_parts(jaw: Jaw, upper: UpperJaw) -> dict[str, Surface]:
     """Surfaces of all rigid parts, mm, in the order of RIGID_PARTS."""
     return {
-        "mandible": _part(jaw.bone, (-102.0, -66.0, -60.0), (6.0, 66.0, 48.0), 1.9, 6000),
-        "lower_gums": _part(jaw.gums, (-70.0, -45.0, -35.0), (8.0, 45.0, 5.0), 1.1, 4000),
+        "mandible": _part(jaw.bone, (-102.0, -66.0, -60.0), (6.0, 66.0, 48.0), 1.9, 4200),
+        "lower_gums": _part(jaw.gums, (-70.0, -45.0, -35.0), (8.0, 45.0, 5.0), 1.1, 3000),
         "lower_teeth": _crowns(jaw.arch, jaw.to_rest),
-        "palate": _part(upper.palate, (-84.0, -45.0, -18.0), (12.0, 45.0, 36.0), 1.25, 8500),
+        "palate": _part(upper.palate, (-84.0, -45.0, -18.0), (12.0, 45.0, 36.0), 1.25, 6000),
         "upper_teeth": _crowns(upper.arch),
-        "hyoid": _part(jaw.hyoid, (-105.0, -32.0, -62.0), (-46.0, 32.0, -30.0), 1.1, 1500),
+        "hyoid": _part(jaw.hyoid, (-105.0, -32.0, -62.0), (-46.0, 32.0, -30.0), 1.1, 800),
     }
 
 

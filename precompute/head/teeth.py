@@ -9,7 +9,7 @@ import numpy as np
 from .arch import ToothFrame
 from .shapes import Array, monotone, smooth_intersection, smooth_union, superellipse
 
-ROOT_DEPTH = 2.6
+ROOT_DEPTH = 1.8
 """How far a crown's surface is drawn below its neck [mm]."""
 
 # Outlines over the relative height (0 neck, 1 edge), as parts of half the width or depth.
@@ -45,7 +45,7 @@ def crown(points: Array, frame: ToothFrame) -> Array:
     top = _incisal(s, t, h, frame) if tooth.kind in ("incisor", "canine") else _occlusal(s, t, h, frame)
     rounding = 0.9 if tooth.kind in ("incisor", "canine") else 2.2
     body = smooth_intersection(side, top, rounding)
-    return smooth_intersection(body, -(h + ROOT_DEPTH), 1.5)
+    return smooth_intersection(body, -(h + ROOT_DEPTH), 1.8)
 
 
 def _sides(s: Array, t: Array, level: Array, frame: ToothFrame) -> Array:
