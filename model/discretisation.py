@@ -59,24 +59,39 @@ class ElementForces:
         """Makes the current gradient the start of the step, to which the damping refers."""
         wp.copy(self.gradient_start, self.gradient)
 
-    def _inputs(self, step: float | None) -> list[object]:
-        ratio = self._damping / step if step else 0.0
-        return [
-            self.gradient,
-            self.gradient_start,
-            self.weights,
-            self._material,
-            self._viscosity,
-            self.precision.scalar(ratio),
-        ]
+    def _recorded(self, kernel: wp.Kernel, inputs: list[object], output: wp.array) -> wp.Launch:
+        """A launch over all elements whose arguments are packed once: packing costs more than the kernel."""
+        return wp.launch(kernel, self.count, inputs, [output], device=self.device, record_cmd=True)
+
+    @property
+    def _material_inputs(self) -> list[object]:
+        undamped = self.precision.scalar(0.0)
+        return [self.gradient, self.gradient_start, self.weights, self._material, self._viscosity, undamped]
+
+    @cached_property
+    def _stress_launch(self) -> wp.Launch:
+        return self._recorded(self._kernels.stress, self._material_inputs, self.stress)
+
+    @cached_property
+    def _tangent_launch(self) -> wp.Launch:
+        return self._recorded(self._kernels.tangent, self._material_inputs, self.tangent)
+
+    @cached_property
+    def _product_launch(self) -> wp.Launch:
+        inputs: list[object] = [self.tangent, self.direction]
+        return self._recorded(self._kernels.tangent_product, inputs, self.direction_stress)
+
+    def _launch_damped(self, launch: wp.Launch, step: float | None) -> None:
+        launch.set_param_by_name("damping_over_step", self.precision.scalar(self._damping / step if step else 0.0))
+        launch.launch()
 
     def evaluate_stress(self, step: float | None = None) -> None:
         """Fills `stress` from `gradient`; with the damping of a step of `step` seconds when given."""
-        wp.launch(self._kernels.stress, self.count, self._inputs(step), [self.stress], device=self.device)
+        self._launch_damped(self._stress_launch, step)
 
     def evaluate_tangent(self, step: float | None = None) -> None:
         """Fills `tangent` from `gradient`; with the damping of a step of `step` seconds when given."""
-        wp.launch(self._kernels.tangent, self.count, self._inputs(step), [self.tangent], device=self.device)
+        self._launch_damped(self._tangent_launch, step)
 
     @cached_property
     def direction(self) -> wp.array:
@@ -90,10 +105,7 @@ class ElementForces:
 
     def apply_tangent(self) -> None:
         """Fills `direction_stress` from `direction` and the `tangent` evaluated last."""
-        inputs = [self.tangent, self.direction]
-        wp.launch(
-            self._kernels.tangent_product, self.count, inputs, [self.direction_stress], device=self.device
-        )
+        self._product_launch.launch()
 
     def energy_density(self) -> tuple[NDArray[np.floating], NDArray[np.floating]]:
         """Strain energy density [Pa] and det F of each element, two arrays (element_count,)."""

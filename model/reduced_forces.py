@@ -53,11 +53,18 @@ class ReducedForces:
         self.elements.evaluate_stress(step)
         return self._H_transposed @ self._stress
 
+    @cached_property
+    def _direction(self) -> tuple[NDArray[np.floating], NDArray[np.floating]]:
+        """Views of the elements' direction and its stress, (3 * element_count, 3)."""
+        direction, stress = self.elements.direction.numpy(), self.elements.direction_stress.numpy()
+        return direction.reshape(-1, 3), stress.reshape(-1, 3)
+
     def apply_stiffness(self, direction: NDArray[np.floating]) -> NDArray[np.floating]:
         """Stiffness times a direction (column_count, 3), with the element tangents evaluated last."""
-        np.matmul(self._H, direction, out=self.elements.direction.numpy().reshape(-1, 3))
+        gradient, stress = self._direction
+        np.matmul(self._H, direction, out=gradient)
         self.elements.apply_tangent()
-        return self._H_transposed @ self.elements.direction_stress.numpy().reshape(-1, 3)
+        return self._H_transposed @ stress
 
     def stiffness(self, step: float | None = None) -> NDArray[np.floating]:
         """Reduced stiffness at the set coordinates, (3 columns, 3 columns); index 3 k + i."""

@@ -15,15 +15,18 @@ Solve = Callable[[NDArray], NDArray]
 
 RELATIVE_TOLERANCE = 1e-3
 """Reduction of the preconditioned residual: an inexact Newton step costs less than it saves."""
-AGED_ITERATIONS = 12
-"""Iterations after which the lagged factor is worth renewing."""
 MAXIMUM_ITERATIONS = 200
 
 
 class LaggedPreconditioner:
-    """A factor of some earlier A, with the constraints' Schur complement."""
+    """A factor of some earlier A, with the constraints' Schur complement.
 
-    def __init__(self) -> None:
+    aged_iterations: the factor is worth renewing when it needs more iterations than these. The
+        default suits a sparse factor, which costs about fifty of its solutions.
+    """
+
+    def __init__(self, aged_iterations: int = 12) -> None:
+        self.aged_iterations = aged_iterations
         self._solve: Solve | None = None
 
     def forget(self) -> None:
@@ -62,7 +65,7 @@ def projected_cg(
     Raises numpy.linalg.LinAlgError when A is not positive definite in the constraints' null space.
     """
     if preconditioner.ready:
-        solution = _iterate(product, J, f, g, preconditioner, AGED_ITERATIONS)
+        solution = _iterate(product, J, f, g, preconditioner, preconditioner.aged_iterations)
         if solution is not None:
             return solution
     preconditioner.renew(factorise(), J)
