@@ -34,10 +34,11 @@ class LaggedPreconditioner:
         self._solve = None
 
     def renew(self, solve: Solve, J: NDArray) -> None:
-        """Takes a new factor."""
-        self._solve = solve
+        """Takes a new factor. Raises numpy.linalg.LinAlgError when the constraints repeat each other."""
+        self._solve = None
         self._solved_rows = solve(np.ascontiguousarray(J.T)) if len(J) else J.T.copy()
         self._schur_inverse = np.linalg.inv(J @ self._solved_rows)
+        self._solve = solve
 
     @property
     def ready(self) -> bool:

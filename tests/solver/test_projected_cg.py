@@ -47,8 +47,7 @@ def test_with_a_fresh_factor_the_answer_is_exact(A, rows):
 
 def test_a_lagged_factor_serves_a_nearby_matrix_and_the_constraints_stay_exact(A, monkeypatch):
     monkeypatch.setattr(module, "RELATIVE_TOLERANCE", 1e-9)
-    monkeypatch.setattr(module, "AGED_ITERATIONS", SIZE)
-    preconditioner, factory = LaggedPreconditioner(), Factory(A)
+    preconditioner, factory = LaggedPreconditioner(aged_iterations=SIZE), Factory(A)
     projected_cg(A.__matmul__, factory, J, F, G, preconditioner)
     nearby = A + np.diag(np.linspace(0.0, 2.0, SIZE))
     x, y = projected_cg(nearby.__matmul__, Factory(nearby), J, F, G, preconditioner)

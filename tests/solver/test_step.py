@@ -63,6 +63,16 @@ def test_other_coordinates_may_be_imposed_from_step_to_step(solver, control_of, 
     np.testing.assert_allclose(again.position.numpy(), second.position.numpy(), rtol=0, atol=1e-9)
 
 
+def test_a_control_may_be_overwritten_and_used_again(solver, control_of, advance):
+    control = control_of(solver.tongue, {("TT", 2): 0.004})
+    first = advance(solver, control, STEP)
+    control.sensor_targets[0, 2] -= 0.002
+    control.sensor_constrained[2, 0] = True
+    second = advance(solver, control, STEP, state=first)
+    assert second.position.numpy()[solver.tongue.sensors.footprint(0)[0], 2] == pytest.approx(0.022, abs=1e-9)
+    assert abs(second.sensor_force.numpy()[2, 0]) > 1e-6
+
+
 def test_a_target_that_is_not_finite_is_named(solver, control_of):
     control = control_of(solver.tongue, {("TB", 2): np.nan})
     with pytest.raises(LingualError, match="sensor TB along z is not a finite number"):
