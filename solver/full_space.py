@@ -74,7 +74,6 @@ class _FullStep:
         sensor_rows = tongue.sensors.weights[:, self._free].toarray()
         self.constraints = SensorConstraints(tongue, sensor_rows)
         self._preconditioner = LaggedPreconditioner()
-        self._dt = 0.0
 
     def _set(self, x: NDArray) -> None:
         self._nodal[self._free] = x.reshape(-1, 3)
@@ -82,8 +81,7 @@ class _FullStep:
 
     def begin(self, start: NDArray, velocity: NDArray, control: Control, dt: float) -> None:
         """Fixes the data of one step; the damping refers to the start's displacement gradients."""
-        if self.constraints.set_control(control) or dt != self._dt:
-            self._preconditioner.forget()
+        self._preconditioner.begin_step(dt, self.constraints.set_control(control))
         self._dt = dt
         self._scale = newton.smallest_scale(float(self._mass[::3].sum()), dt)
         self._start = start.ravel()

@@ -16,6 +16,8 @@ Solve = Callable[[NDArray], NDArray]
 RELATIVE_TOLERANCE = 1e-3
 """Reduction of the preconditioned residual: an inexact Newton step costs less than it saves."""
 MAXIMUM_ITERATIONS = 200
+SAME_STEP = 0.01
+"""Relative change of the time step that a lagged factor does not notice: recorded times are rounded."""
 
 
 class LaggedPreconditioner:
@@ -28,10 +30,17 @@ class LaggedPreconditioner:
     def __init__(self, aged_iterations: int = 12) -> None:
         self.aged_iterations = aged_iterations
         self._solve: Solve | None = None
+        self._dt = 0.0
 
     def forget(self) -> None:
-        """The constraints or the time step have changed: factorise before the next use."""
+        """Factorise before the next use."""
         self._solve = None
+
+    def begin_step(self, dt: float, constraints_changed: bool) -> None:
+        """Forgets the factor when it no longer suits: other constraints, or clearly another time step [s]."""
+        if constraints_changed or abs(dt - self._dt) > SAME_STEP * dt:
+            self.forget()
+            self._dt = dt
 
     def renew(self, solve: Solve, J: NDArray) -> None:
         """Takes a new factor. Raises numpy.linalg.LinAlgError when the constraints repeat each other."""

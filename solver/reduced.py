@@ -93,7 +93,6 @@ class _ReducedStep:
         self._damping_mass = material.damping_mass
         self._mass = float(model.tongue.node_masses.sum())
         self._preconditioner = LaggedPreconditioner(AGED_ITERATIONS)
-        self._dt = 0.0
         # B^T M 1, the reduced force of a unit acceleration of all nodes.
         self._unit_load = (model.basis.T @ model.tongue.node_masses).astype(dtype)
 
@@ -102,8 +101,7 @@ class _ReducedStep:
         self._start = start.ravel()
         self._velocity = velocity.ravel()
         self._load = np.outer(self._unit_load, control.gravity).ravel().astype(start.dtype)
-        if self.constraints.set_control(control) or dt != self._dt:
-            self._preconditioner.forget()
+        self._preconditioner.begin_step(dt, self.constraints.set_control(control))
         self._dt = dt
         self._scale = newton.smallest_scale(self._mass, dt)
         self.forces.set_coordinates(start)

@@ -92,3 +92,14 @@ def test_a_preconditioner_whose_constraints_repeat_stays_unready():
     with pytest.raises(np.linalg.LinAlgError):
         preconditioner.renew(lambda right: right, np.array([[1.0, 0.0], [1.0, 0.0]]))
     assert not preconditioner.ready
+
+
+@pytest.mark.parametrize(
+    ("dt", "constraints_changed", "kept"), [(0.01, False, True), (0.02, False, False), (0.01, True, False)]
+)
+def test_a_factor_outlives_rounding_of_the_time_step_but_not_another_problem(dt, constraints_changed, kept):
+    preconditioner = LaggedPreconditioner()
+    preconditioner.begin_step(0.01, True)
+    preconditioner.renew(lambda right: right, np.array([[1.0, 0.0]]))
+    preconditioner.begin_step(dt * (1.0 + 1e-12), constraints_changed)
+    assert preconditioner.ready == kept
