@@ -1,7 +1,6 @@
 """The `lingual` command."""
 
 import sys
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
@@ -9,6 +8,7 @@ import typer
 
 from .. import __version__
 from ..model import LingualError
+from .play import PlayRequest, play
 from .terminal import console, error_console, plain_messages, stage_bars
 
 app = typer.Typer(
@@ -19,6 +19,9 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
+
+INTERRUPTED = 130
+"""Exit code after Ctrl-C, as shells have it."""
 
 MeshOption = Annotated[
     str | None,
@@ -72,29 +75,6 @@ BackdropOption = Annotated[str, typer.Option(help="Background: dark, light or tr
 FpsOption = Annotated[float, typer.Option("--fps", help="Pictures a second of a film.")]
 
 
-@dataclass
-class _Run:
-    """The choices of one run, as the commands collect them."""
-
-    recording: Path | None = None
-    mesh: str | None = None
-    solver: str = "reduced"
-    domains: int = 5
-    units: str | None = None
-    headless: bool = False
-    out: Path | None = None
-    frames: int | None = None
-    report: Path | None = None
-    size: str = "1280x720"
-    view: str = "three-quarter"
-    field: str = "none"
-    cut: bool = False
-    speed: float = 1.0
-    time: float | None = None
-    backdrop: str = "dark"
-    fps: float = 50.0
-
-
 @app.callback(invoke_without_command=True)
 def demonstrate(
     context: typer.Context,
@@ -110,7 +90,7 @@ def demonstrate(
     if version:
         console.print(f"lingual {__version__}")
     elif context.invoked_subcommand is None:
-        _play(_Run(headless=headless, out=out))
+        play(PlayRequest(headless=headless, out=out))
 
 
 @app.command()
@@ -142,9 +122,11 @@ def replay(
     warning, and the tongue follows at 100 frames a second. With --headless and no --out it is only
     simulated, for --report.
     """
-    _play(
-        _Run(file, mesh, solver, domains, units, headless, out, frames, report, size, view, field, cut, speed,
-             time, backdrop, fps)
+    play(
+        PlayRequest(
+            file, mesh, solver, domains, units, headless, out, frames, report, size, view, field, cut, speed, time,
+            backdrop, fps,
+        )
     )  # fmt: skip
 
 
@@ -165,7 +147,8 @@ def precompute(
     console.print(
         f"{tongue.name}: {model.domain_count} domains, {model.dof_count} degrees of freedom, "
         f"{len(model.cubature_elements)} of {tongue.mesh.tet_count} elements as cubature "
-        f"(force error {100 * model.cubature_error:.1f} % on held-out poses). Cached in {lingual_cache_dir()}."
+        f"(force error {100 * model.cubature_error:.1f} % on held-out poses). Cached in {lingual_cache_dir()}.",
+        soft_wrap=True,
     )
 
 
@@ -181,87 +164,21 @@ def info(mesh: MeshOption = None, units: UnitsOption = None) -> None:
     console.print(machine_table())
 
 
-def _play(run: _Run) -> None:
-    from ..viewer.view_options import BACKDROPS, ViewOptions
-    from .output import PictureSettings, has_display, show, write
-    from .report import simulation_report, write_report
-    from .wiring import SessionRequest, build_session
-
-    if run.backdrop not in BACKDROPS:
-        raise LingualError(f"There is no background '{run.backdrop}'; choose one of {', '.join(BACKDROPS)}.")
-    width, height = _parse_size(run.size)
-    windowed = not run.headless and run.out is None and has_display()
-    out = run.out
-    if not windowed and out is None and not run.headless:
-        out = Path(f"lingual-{run.recording.stem if run.recording else 'demonstration'}.mp4")
-        error_console.print(f"There is no display; the film goes to {out.resolve()}.", soft_wrap=True)
-    elif out is None and run.headless and run.recording is None and run.report is None:
-        out = Path("lingual-demonstration.mp4")
-    options = ViewOptions(field_name=run.field, cut=run.cut, backdrop=run.backdrop, show_caption=not windowed)
-    settings = PictureSettings(width, height, run.fps, run.speed, run.view, run.time, options)
-    request = SessionRequest(run.recording, run.mesh, run.solver, run.domains, run.units, run.frames)
-    with stage_bars() as bars:
-        session = build_session(request, bars)
-        if run.field not in session.field_names():
-            names = ", ".join(session.field_names())
-            raise LingualError(f"There is no field '{run.field}'; choose one of: {names}.")
-        try:
-            if windowed:
-                bars.finish()
-                show(session, settings)
-            else:
-                total = session.simulation.trajectory.frame_count
-                session.simulate(lambda frame: bars("simulation", (frame + 1) / total))
-                if out is not None:
-                    write(session, out, settings, bars)
-        finally:
-            if run.report is not None:
-                write_report(run.report, simulation_report(session.simulation, run.mesh or "head"))
-    if not windowed:
-        _summarise(session, out)
-
-
-def _summarise(session, out: Path | None) -> None:  # type: ignore[no-untyped-def]
-    history = session.history
-    step = history.scalar("step_ms")
-    console.print(
-        f"{history.frame_count} frames by the {session.solver_name} solver at {1e3 / step.mean():.0f} frames/s; "
-        f"sensor error {history.scalar('sensor_error_mm').max():.2g} mm at most, "
-        f"smallest det F {history.scalar('det_f_min').min():.2f}, "
-        f"volume within {100 * abs(history.scalar('volume_ratio') - 1).max():.2f} %.",
-        soft_wrap=True,
-    )
-    if session.failure:
-        error_console.print(f"[yellow]warning:[/] {session.failure}", soft_wrap=True)
-    if out is not None:
-        console.print(f"Written: {out.resolve()}", soft_wrap=True)
-
-
-def _parse_size(text: str) -> tuple[int, int]:
-    try:
-        width, height = (int(part) for part in text.lower().split("x"))
-    except ValueError as error:
-        raise LingualError(f"--size is '{text}'; write it as WIDTHxHEIGHT, such as 1280x720.") from error
-    if not (0 < width <= 16384 and 0 < height <= 16384):
-        raise LingualError(f"--size is {text}; width and height must be between 1 and 16384 pixels.")
-    return width, height
-
-
 def main() -> None:
     """Runs the command; a LingualError becomes one sentence and exit code 2."""
     plain_messages()
     try:
-        app(standalone_mode=False)
+        code = app(standalone_mode=False)  # Typer turns an interrupt into code 130
     except LingualError as error:
         error_console.print(f"[red]error:[/] {error}", soft_wrap=True)
         sys.exit(2)
-    except typer.Abort:
-        sys.exit(130)
-    except KeyboardInterrupt:
-        error_console.print("Interrupted.")
-        sys.exit(130)
+    except (typer.Abort, KeyboardInterrupt):
+        code = INTERRUPTED
     except Exception as error:
         _usage_error(error)
+    if code == INTERRUPTED:
+        error_console.print("Interrupted.")
+    sys.exit(code or 0)
 
 
 def _usage_error(error: Exception) -> None:

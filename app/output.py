@@ -42,14 +42,22 @@ def show(session: Session, settings: PictureSettings) -> None:
         session.stop()
 
 
-def write(session: Session, path: Path, settings: PictureSettings, bars: StageBars) -> None:
-    """Writes what has been simulated: .mp4 or .gif a film, .png one picture, anything else a folder of pictures."""
+def check_pictures(settings: PictureSettings) -> None:
+    """Raises LingualError for a view that there is not, or a rate or speed that is not positive."""
     from ..viewer.camera import VIEWS
-    from ..viewer.movie import write_frames, write_movie, write_picture
-    from ..viewer.scene import default_camera
 
     if settings.view not in VIEWS:
         raise LingualError(f"There is no view '{settings.view}'; choose one of {', '.join(VIEWS)}.")
+    for option, value in (("--fps", settings.frame_rate), ("--speed", settings.speed)):
+        if not 0.0 < value < float("inf"):
+            raise LingualError(f"{option} is {value}; it must be positive.")
+
+
+def write(session: Session, path: Path, settings: PictureSettings, bars: StageBars) -> None:
+    """Writes what has been simulated: .mp4 or .gif a film, .png one picture, anything else a folder of pictures."""
+    from ..viewer.movie import write_frames, write_movie, write_picture
+    from ..viewer.scene import default_camera
+
     camera = default_camera(session.model)
     camera.look(settings.view)
     width, height, options = settings.width, settings.height, settings.options

@@ -40,4 +40,6 @@ def blended_quadratic_basis(
     rank = int(np.sum(singular > RANK_TOLERANCE * singular[0]))
     if rank < len(seeds):
         raise LingualError(f"The mesh of '{tongue.name}' is too coarse for {len(seeds)} domains; ask for fewer.")
-    return np.ascontiguousarray(left[:, :rank] / root_mass)
+    basis = np.ascontiguousarray(left[:, :rank] / root_mass)
+    basis[tongue.fixed_nodes] = 0.0  # the factorisation leaves rounding there
+    return basis

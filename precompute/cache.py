@@ -11,6 +11,7 @@ import os
 import sys
 import tempfile
 import zipfile
+import zlib
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -21,6 +22,10 @@ from numpy.typing import NDArray
 FORMAT_VERSION = 1
 
 Arrays = dict[str, NDArray]
+
+_UNREADABLE = (
+    OSError, ValueError, KeyError, EOFError, RuntimeError, NotImplementedError, zipfile.BadZipFile, zlib.error
+)  # fmt: skip
 
 log = logging.getLogger(__name__)
 
@@ -66,14 +71,17 @@ def _checksum(arrays: Arrays) -> str:
 
 
 def _read(path: Path, identity: str) -> Arrays | None:
-    if not path.exists():
-        return None
     try:
-        with np.load(path, allow_pickle=False) as file:
+        archive = np.load(path, allow_pickle=False)
+        if not isinstance(archive, np.lib.npyio.NpzFile):
+            raise ValueError("it is not an archive of arrays")
+        with archive as file:
             arrays = {name: file[name] for name in file.files}
         stored_identity = str(arrays.pop("__identity__"))
         stored_checksum = str(arrays.pop("__checksum__"))
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, NotImplementedError, RuntimeError) as error:
+    except (FileNotFoundError, NotADirectoryError):
+        return None
+    except _UNREADABLE as error:
         log.warning("The cache file %s cannot be read (%s); it is built again.", path, error)
         return None
     if stored_identity != identity or stored_checksum != _checksum(arrays):
@@ -83,11 +91,15 @@ def _read(path: Path, identity: str) -> Arrays | None:
 
 
 def _write(path: Path, identity: str, arrays: Arrays) -> None:
+    named: dict[str, Any] = {"__identity__": identity, "__checksum__": _checksum(arrays), **arrays}
+    part: Path | None = None
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.NamedTemporaryFile(dir=path.parent, suffix=".part", delete=False) as part:
-            named: dict[str, Any] = {"__identity__": identity, "__checksum__": _checksum(arrays), **arrays}
-            np.savez(part, **named)
-        os.replace(part.name, path)
+        with tempfile.NamedTemporaryFile(dir=path.parent, suffix=".part", delete=False) as file:
+            part = Path(file.name)
+            np.savez(file, **named)
+        os.replace(part, path)
     except OSError as error:
         log.warning("The cache file %s cannot be written (%s); the work is repeated next time.", path, error)
+        if part is not None:
+            part.unlink(missing_ok=True)

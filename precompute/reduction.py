@@ -3,8 +3,9 @@
 from dataclasses import asdict, dataclass, replace
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
-from ..model import ReducedModel, TongueModel, Trajectory
+from ..model import LingualError, ReducedModel, TongueModel, Trajectory
 from .basis import blended_quadratic_basis
 from .cache import Arrays, cached, digest
 from .cubature import relative_force_errors, select_cubature
@@ -13,7 +14,7 @@ from .poses import equilibrium_poses, recorded_displacements, sampled_displaceme
 from .progress import Progress, silent
 from .seeds import FOOTPRINT_RADIUS, choose_seeds
 
-ALGORITHM_VERSION = 6
+ALGORITHM_VERSION = 7
 """Part of the cache key: raise it when any step below changes its result."""
 
 
@@ -62,7 +63,8 @@ def build_reduced_model(
         "material": asdict(tongue.material),
         **asdict(settings),
     }
-    arrays = cached("reduction", key, lambda: _reduce(tongue, settings, recordings, progress))
+    with threadpool_limits(limits=1, user_api="blas"):  # a second thread slows small factorisations tenfold
+        arrays = cached("reduction", key, lambda: _reduce(tongue, settings, recordings, progress))
     return _from_arrays(tongue, arrays)
 
 
@@ -97,6 +99,11 @@ def _reduce(
         recorded = recorded_displacements(recordings, rest, settings.pose_count // 2)
     sampled = sampled_displacements(rest, settings.pose_count + HELD_OUT_POSES - len(recorded), rng)
     poses = equilibrium_poses(exact, np.concatenate([recorded, sampled]), rng, progress)
+    if len(poses) < 2 * HELD_OUT_POSES:
+        raise LingualError(
+            f"Only {len(poses)} of {len(sampled) + len(recorded)} training poses of '{tongue.name}' have an "
+            "equilibrium: check the mesh's unit, its fixed nodes and its sensors."
+        )
     training, held_out = poses[:-HELD_OUT_POSES], poses[-HELD_OUT_POSES:]
     elements, weights = select_cubature(
         exact,

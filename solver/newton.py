@@ -55,14 +55,14 @@ class StepProblem(Protocol):
 def solve_step(problem: StepProblem, x: NDArray, report: StepReport, tolerance: float) -> tuple[NDArray, NDArray]:
     """The converged x and multipliers, starting from x; `report` is filled.
 
-    A full Newton step is taken unless it makes the residual grow once the constraints hold; then it is
-    halved, a few times at most.
+    Once the constraints hold, a Newton step that makes the residual grow more than tenfold is halved, a few
+    times at most; before that the residual says nothing, since it contains what meeting the targets costs.
     """
     residual, _ = problem.residual(x)
     gap = problem.gap(x)
     multipliers = np.zeros_like(gap)
     error = np.inf
-    report.converged = False
+    report.converged, report.residual = False, np.inf
     for iteration in range(1, MAXIMUM_ITERATIONS + 1):
         report.iterations = iteration
         try:

@@ -45,13 +45,19 @@ def csv_text(trajectory: Trajectory) -> str:
         f"# frame: {trajectory.frame}",
         f"# frames: {trajectory.frame_count}",
         f"# not measured: {' '.join(unmeasured)}",
-        f"# source: {' '.join(trajectory.source.split())}".encode("utf-8", "replace").decode("utf-8"),
+        f"# source: {_one_line(trajectory.source)}",
         ",".join(["time_s", *(f"{name}_{axis}_mm" for name in names for axis in "xyz")]),
     ]
     values = np.concatenate([trajectory.positions, trajectory.jaw_translation[:, None]], axis=1)
     for time, row in zip(trajectory.time.tolist(), values.reshape(len(values), -1).tolist(), strict=True):
         lines.append(",".join([repr(time), *map(_millimetres, row)]))
     return "\n".join(lines) + "\n"
+
+
+def _one_line(text: str) -> str:
+    """Text fit for a comment line: blanks joined, what cannot be printed or encoded replaced."""
+    printable = "".join(c if c.isprintable() else "?" for c in " ".join(text.split()))
+    return printable.encode("utf-8", "replace").decode("utf-8")
 
 
 def _millimetres(metres: float) -> str:

@@ -7,11 +7,19 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 from hypothesis import settings
+from threadpoolctl import threadpool_limits
 
 from lingual.model import EmbeddedSurface, Material, SensorLayout, TetMesh, TongueModel
 
 settings.register_profile("lingual", deadline=None, derandomize=True)
 settings.load_profile("lingual")
+
+
+@pytest.fixture(scope="session", autouse=True)
+def one_blas_thread():
+    """On a busy machine two BLAS threads wait for each other: small factorisations take a hundred times longer."""
+    with threadpool_limits(limits=1, user_api="blas"):
+        yield
 
 
 @pytest.fixture(scope="session")
@@ -58,9 +66,7 @@ def kuhn_grid(divisions: tuple[int, int, int]) -> tuple[np.ndarray, np.ndarray]:
     nodes = np.stack(np.meshgrid(*(np.linspace(0, 1, n) for n in shape), indexing="ij"), axis=-1).reshape(-1, 3)
     index = np.arange(len(nodes)).reshape(shape)
     nx, ny, nz = divisions
-    corners = np.stack(
-        [index[i : i + nx, j : j + ny, k : k + nz].ravel() for i, j, k in np.ndindex(2, 2, 2)], axis=1
-    )
+    corners = np.stack([index[i : i + nx, j : j + ny, k : k + nz].ravel() for i, j, k in np.ndindex(2, 2, 2)], axis=1)
     # One tetrahedron for each order of the three axes from corner 0 to corner 7.
     tets = np.concatenate([corners[:, [0, a, a + b, 7]] for a, b, _ in permutations((4, 2, 1))])
     x = nodes[tets]

@@ -49,12 +49,8 @@ def test_tangent_with_damping_is_the_derivative_of_the_stress(exact_elasticity):
     for m, n in np.ndindex(3, 3):
         dF = np.zeros((3, 3))
         dF[m, n] = 1e-5
-        after, before = (
-            exact_elasticity.stress(F + sign * dF, F_START, WEIGHT, DAMPING_OVER_STEP) for sign in (1, -1)
-        )
-        np.testing.assert_allclose(
-            tangent[..., m, n], (after - before) / 2e-5, rtol=0, atol=1e-8 * abs(tangent).max()
-        )
+        after, before = (exact_elasticity.stress(F + sign * dF, F_START, WEIGHT, DAMPING_OVER_STEP) for sign in (1, -1))
+        np.testing.assert_allclose(tangent[..., m, n], (after - before) / 2e-5, rtol=0, atol=1e-8 * abs(tangent).max())
 
 
 def test_single_precision_tangent_agrees_with_double(elasticity, exact_elasticity, close):

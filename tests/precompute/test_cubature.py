@@ -60,23 +60,23 @@ def test_all_elements_give_the_full_force_and_stiffness_projected_on_the_basis(s
 
 
 def test_elements_are_distinct_and_weights_positive_and_about_the_volume_in_sum(small_tongue, select):
-    chosen = select(80)
-    assert 40 < len(chosen.cubature_elements) <= 80
+    chosen = select(400)
+    assert 300 < len(chosen.cubature_elements) <= 400
     assert np.all(np.diff(chosen.cubature_elements) > 0)
     assert chosen.cubature_weights.min() > 0.0
-    assert chosen.cubature_weights.sum() == pytest.approx(small_tongue.mesh.volume, rel=0.5)
+    assert chosen.cubature_weights.sum() == pytest.approx(small_tongue.mesh.volume, rel=0.2)
 
 
 def test_the_error_on_held_out_poses_falls_as_elements_are_added(select, poses):
-    errors = [root_mean_square(relative_force_errors(select(n), poses[20:])) for n in (20, 60, 180)]
-    assert errors[0] > 1.5 * errors[1] > 2.0 * errors[2]
-    assert errors[2] < 0.05
+    errors = [root_mean_square(relative_force_errors(select(n), poses[20:])) for n in (20, 60, 180, 400)]
+    assert errors[0] > 1.3 * errors[1] > 2.0 * errors[2] > 4.0 * errors[3]
+    assert errors[3] < 0.1
 
 
 def test_selection_stops_when_the_tolerance_is_reached(select, poses):
-    loose, tight = select(200, 0.1), select(200, 0.05)
-    assert len(loose.cubature_elements) < len(tight.cubature_elements) < 200
-    assert root_mean_square(relative_force_errors(tight, poses[:20])) < 0.05 * 1.001
+    loose, tight = select(500, 0.3), select(500, 0.15)
+    assert len(loose.cubature_elements) < len(tight.cubature_elements) < 400
+    assert root_mean_square(relative_force_errors(tight, poses[:20])) < 0.15 * 1.001
 
 
 def test_all_elements_have_no_error(model, poses):

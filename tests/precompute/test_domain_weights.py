@@ -34,19 +34,30 @@ def test_every_weight_is_greater_near_its_own_seed_than_at_the_others(seeds, wei
     np.testing.assert_array_equal(at_seeds.argmax(axis=0), np.arange(7))
 
 
-def test_the_greatest_value_lies_within_a_few_millimetres_of_the_seed(small_tongue, seeds, weights):
+def test_on_the_surface_the_greatest_value_lies_within_one_element_of_the_seed(small_tongue, seeds, weights):
+    """The domain of the mass centre is a broad one without a peak."""
     tops = small_tongue.mesh.nodes[weights.argmax(axis=0)]
     distance = np.linalg.norm(tops - [s.centre for s in seeds], axis=1)
-    assert distance.max() < 0.010
+    assert np.delete(distance, 4).max() < 0.0075
 
 
 def test_the_principal_direction_is_the_one_in_which_a_force_moves_the_body_most(small_tongue, seeds):
-    """Tip of a flat block: bending down or up is softest."""
+    free = small_tongue.free_nodes
     discretisation = Discretisation(small_tongue.mesh, small_tongue.material)
     discretisation.set_displacement(np.zeros_like(small_tongue.mesh.nodes))
-    direction = principal_direction(discretisation.stiffness().tocsr(), seeds[0].nodes, small_tongue.fixed_nodes)
+    K = discretisation.stiffness().tocsr()
+    direction = principal_direction(K, seeds[0].nodes, small_tongue.fixed_nodes)
     assert np.linalg.norm(direction) == pytest.approx(1.0)
-    assert abs(direction[2]) > 0.95
+    dofs = (3 * free[:, None] + np.arange(3)).ravel()
+    compliance = np.linalg.inv(K[dofs][:, dofs].toarray())
+    on_seed = np.isin(free, seeds[0].nodes) / len(seeds[0].nodes)
+
+    def moved(force: np.ndarray) -> float:
+        return float(np.linalg.norm(compliance @ np.outer(on_seed, force).ravel()))
+
+    others = np.random.default_rng(16).standard_normal((200, 3))
+    others /= np.linalg.norm(others, axis=1)[:, None]
+    assert moved(direction) >= max(map(moved, others))
 
 
 def test_blending_clips_holds_the_ground_and_divides_sums_above_one():

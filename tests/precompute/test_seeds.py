@@ -11,8 +11,8 @@ def test_the_first_seeds_are_the_sensors_and_the_mass_centre(small_tongue):
     seeds = choose_seeds(small_tongue, 5)
     assert [s.name for s in seeds] == ["TT", "TB", "TD", "TR", "centre"]
     for seed, sensor in zip(seeds, small_tongue.sensor_rest_positions, strict=False):
-        assert np.linalg.norm(seed.centre - sensor) < 5e-3
-    assert np.linalg.norm(seeds[4].centre - [0.03, 0.015, 0.01]) < 5e-3
+        assert np.linalg.norm(seed.centre - sensor) < 6e-3
+    assert np.linalg.norm(seeds[4].centre - [0.03, 0.015, 0.01]) < 6e-3
 
 
 def test_further_seeds_are_far_from_the_others_and_from_the_ground(small_tongue):

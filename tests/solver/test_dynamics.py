@@ -67,9 +67,7 @@ def test_a_small_step_is_that_of_a_rayleigh_damped_oscillator(solver, lowest_mod
 def test_without_load_the_total_energy_never_grows(bar_solver, released, control_of, advance, total_energy):
     energy = total_energy(bar_solver)
     values = [energy(released)]
-    advance(
-        bar_solver, control_of(bar_solver.tongue), 0.01, 40, released, lambda state: values.append(energy(state))
-    )
+    advance(bar_solver, control_of(bar_solver.tongue), 0.01, 40, released, lambda state: values.append(energy(state)))
     assert np.all(np.diff(values) <= 1e-9 * values[0])
     assert 0.0 < values[-1] < 0.9 * values[0]
 

@@ -99,9 +99,7 @@ def test_sensor_forces_weight_and_attachment_balance_in_force_and_moment(small_t
     np.testing.assert_allclose(np.cross(x, forces).sum(axis=0), 0.0, atol=1e-5 * weight * 0.06)
 
 
-def test_a_sensor_that_is_lifted_is_pushed_upward_and_by_twice_as_much_for_twice_the_lift(
-    solver, control_of, static
-):
+def test_a_sensor_that_is_lifted_is_pushed_upward_and_by_twice_as_much_for_twice_the_lift(solver, control_of, static):
     lifted = [static(solver, control_of(solver.tongue, {("TT", 2): lift})) for lift in (1e-5, 2e-5)]
     once, twice = (state.sensor_force.numpy()[0, 2] for state in lifted)
     assert once > 0.0
