@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 _UP = np.array([0.0, 0.0, 1.0])
 _ELEVATION_LIMIT = np.deg2rad(89.0)
+_MARGIN = 1.1  # room around what is framed
 
 
 @dataclass
@@ -17,6 +18,8 @@ class Camera:
     azimuth 0 is in front of the face, pi/2 on its left, so that the lateral view has the tip on the
     left of the picture. field_of_view [rad]: vertical. extent [m]: radius of what there is to see,
     for the depth range. orthographic: parallel projection of the same height at the target.
+    subject: (n, 3) points [m] that the built-in views frame, None to keep target and distance;
+    subject_aspect: width over height of the narrowest picture that must hold them.
     """
 
     target: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
@@ -26,6 +29,8 @@ class Camera:
     field_of_view: float = np.deg2rad(26.0)
     extent: float = 0.1
     orthographic: bool = False
+    subject: NDArray[np.float64] | None = None
+    subject_aspect: float = 1.0
 
     def direction(self) -> NDArray[np.float64]:
         """Unit vector from the target to the eye, (3,)."""
@@ -99,9 +104,33 @@ class Camera:
         self.distance = float(np.clip(distance, 0.25 * self.extent, 20.0 * self.extent))
 
     def look(self, view: str) -> None:
-        """Takes the direction of a built-in view (VIEWS); the target and distance stay."""
+        """Takes the direction of a built-in view (VIEWS) and frames the subject, if there is one, anew."""
         azimuth, elevation = VIEWS[view]
         self.azimuth, self.elevation = float(np.deg2rad(azimuth)), float(np.deg2rad(elevation))
+        if self.subject is not None:
+            self._frame(self.subject)
+
+    def _frame(self, points: NDArray[np.float64]) -> None:
+        """Puts the points (n, 3) into the middle of the picture, as large as they fit.
+
+        In eye coordinates (right, up, backward) a point at (a, b, c) is inside when |a - a0| is at most
+        the half-width of the picture at its depth, s (d + c0 - c) with s the slope of the frustum's side:
+        a0 and the distance d follow from the extremes of a + s c and a - s c, and likewise for up.
+        """
+        axes = self.axes()
+        at = points @ axes.T
+        backward = 0.5 * (at[:, 2].min() + at[:, 2].max())
+        deep = at[:, 2] - backward
+        middle, distance = np.zeros(3), 0.0
+        tangent = np.tan(0.5 * self.field_of_view)
+        for axis, slope in enumerate((tangent * self.subject_aspect, tangent)):
+            side = slope / _MARGIN
+            high, low = (at[:, axis] + side * deep).max(), (at[:, axis] - side * deep).min()
+            middle[axis] = 0.5 * (high + low)
+            flat = np.abs(at[:, axis] - middle[axis]).max()  # half the extent in a parallel projection
+            distance = max(distance, 0.5 * (high - low) / side, flat / side)
+        middle[2] = backward
+        self.target, self.distance = middle @ axes, float(distance)
 
     def copy(self) -> "Camera":
         """An independent camera in the same place."""
@@ -112,10 +141,13 @@ VIEWS = {"three-quarter": (50.0, 22.0), "lateral": (90.0, 0.0), "front": (0.0, 8
 """Built-in views: name to (azimuth, elevation) [degrees]."""
 
 
-def framing(low: NDArray[np.floating], high: NDArray[np.floating], view: str = "three-quarter") -> Camera:
-    """A camera that sees the whole of the box [low, high] ((3,) each, [m]) from a built-in view."""
-    extent = 0.5 * float(np.linalg.norm(np.asarray(high) - np.asarray(low)))
-    camera = Camera(target=0.5 * (np.asarray(low, float) + np.asarray(high, float)), extent=extent)
-    camera.distance = extent / float(np.sin(0.5 * camera.field_of_view))
+def framing(points: NDArray[np.floating], view: str = "three-quarter", aspect: float = 1.0) -> Camera:
+    """A camera that has `points` (n, 3) [m] in its picture from a built-in view, as large as they fit.
+
+    aspect: width over height of the narrowest picture that must hold them.
+    """
+    everything = np.asarray(points, dtype=np.float64)
+    extent = 0.5 * float(np.linalg.norm(np.ptp(everything, axis=0)))
+    camera = Camera(extent=extent, subject=everything, subject_aspect=aspect)
     camera.look(view)
     return camera

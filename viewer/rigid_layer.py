@@ -1,45 +1,27 @@
-"""Jaw, teeth, palate and hyoid: rigid, translucent, blended back to front.
+"""Jaw, teeth, palate and hyoid: rigid, opaque or translucent.
 
-All parts share one mesh whose triangles are put in order of their distance to the eye whenever the eye
-or the jaw has moved: one draw call, right through every layer, also where parts lie inside each other.
+All parts share one mesh, drawn in three runs. First what is opaque: teeth. Then what is blended layer by
+layer: mucosa, whose triangles are put in order of their distance to the eye whenever the eye or the jaw
+has moved, also where parts lie inside each other. Last the veil: bone, of which only the nearest layer is
+seen. A mandible seen through itself is clutter: slivers of the inside of the chin would shine in front of
+the tongue.
 """
-
-from collections.abc import Iterable
-from dataclasses import dataclass
 
 import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
 from ..model.history import Sample
-from .ambient_occlusion import Occluder, ambient_occlusion
 from .camera import Camera
 from .detail import DisplaySurface
 from .gl_resources import release_all
+from .rigid_mesh import VERTEX_LAYOUT, merged_triangles, vertex_data
 from .shader_program import load_program, set_uniform
+from .tissues import TISSUES, Opacity, Tissue, tissue_index
 from .view_options import ViewOptions
 
-
-@dataclass(frozen=True)
-class Tissue:
-    """Look of a rigid tissue.
-
-    reflectance: diffuse, linear RGB. opacity: facing the eye and at grazing view. gloss: of highlights.
-    """
-
-    reflectance: tuple[float, float, float]
-    opacity: tuple[float, float]
-    gloss: float
-
-
-TISSUES = {
-    "bone": Tissue((0.70, 0.76, 0.82), (0.13, 0.72), 0.35),
-    "tooth": Tissue((0.68, 0.605, 0.465), (0.88, 0.98), 0.5),
-    "mucosa": Tissue((0.70, 0.27, 0.26), (0.17, 0.62), 0.14),
-}
-"""Looks by RigidSurface.tissue; an unknown tissue looks like bone."""
-
 _DEPTH_SLABS = 4096  # triangles whose distances fall into one slab keep their order in memory
+_OPAQUE, _LAYERED, _VEIL = range(3)
 _JAW_STEP = 2e-4  # [m]: motion of the jaw that is worth a new order
 
 
@@ -50,107 +32,112 @@ class RigidLayer:
         self._context = context
         self._surfaces = surfaces
         self._program = load_program(context, "rigid", "rigid")
-        triangles, part = _merged_triangles(surfaces)
+        triangles, part = merged_triangles(surfaces)
         self._triangles, self._part = triangles, part
         self._in_jaw = np.array([s.frame == "jaw" for s in surfaces], dtype=bool)
-        data = _vertex_data(context, surfaces)
+        self._tissue = np.array([tissue_index(s.tissue) for s in surfaces], dtype=int)
+        data = vertex_data(context, surfaces)
         corners = data[triangles, :3]
         self._centres = corners.mean(axis=1)
         self._facing = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         self._vertices = context.buffer(data.tobytes()) if len(data) else None
         self._order = context.buffer(reserve=max(triangles.nbytes, 12), dynamic=True)
         self._ordered_for: tuple | None = None
-        self._ordered_count = 0
+        self._counts = (0, 0, 0)  # indices of what is opaque, layered, veil
+        self._depth_program = load_program(context, "rigid_depth", "depth")
         self._mesh: moderngl.VertexArray | None = None
+        self._depth_mesh: moderngl.VertexArray | None = None
         if self._vertices is not None:
-            layout = [(self._vertices, "3f 3f 3f", "in_position", "in_normal", "in_kind")]
+            layout = [(self._vertices, *VERTEX_LAYOUT)]
             self._mesh = context.vertex_array(self._program, layout, index_buffer=self._order)
+            self._depth_mesh = context.vertex_array(
+                self._depth_program, layout, index_buffer=self._order, skip_errors=True
+            )
 
     def draw(self, sample: Sample, camera: Camera, options: ViewOptions) -> None:
-        """Blends the visible parts over what is already drawn, without writing depth."""
+        """Draws the visible parts over what is already drawn."""
         shown = np.array([options.show_tissue.get(s.tissue, True) for s in self._surfaces], dtype=bool)
-        if self._mesh is None or not shown.any():
+        if self._mesh is None or self._depth_mesh is None or not shown.any():
             return
-        self._sort(camera.eye, sample.jaw_translation, shown, both_sides=options.cut)
-        program, context = self._program, self._context
         looks, factor = list(TISSUES.values()), options.opacity
-        set_uniform(program, "jaw_translation", tuple(sample.jaw_translation))
+        runs = np.array([_run(look, factor) for look in looks])[self._tissue]
+        self._sort(camera.eye, sample.jaw_translation, shown, runs, both_sides=options.cut)
+        program, context = self._program, self._context
+        for each in (program, self._depth_program):
+            set_uniform(each, "jaw_translation", tuple(sample.jaw_translation))
         set_uniform(program, "reflectance", [look.reflectance for look in looks])
-        set_uniform(program, "surface", [(*(min(factor * a, 1.0) for a in t.opacity), t.gloss) for t in looks])
-        flags = moderngl.DEPTH_TEST | moderngl.BLEND
-        context.enable_only(flags)
+        set_uniform(program, "surface", [(*_scaled(look.opacity, factor), look.gloss) for look in looks])
+        set_uniform(program, "at_teeth", [_scaled(look.at_teeth, factor) for look in looks])
+        context.enable_only(moderngl.DEPTH_TEST | moderngl.BLEND)  # edges of what is opaque fade out, too
         context.blend_func = moderngl.ONE, moderngl.ONE_MINUS_SRC_ALPHA
-        context.fbo.depth_mask = False
-        self._mesh.render(vertices=self._ordered_count)
-        context.fbo.depth_mask = True
+        opaque, layered, veil = self._counts
+        if opaque:
+            self._mesh.render(vertices=opaque)
+        if layered:
+            context.fbo.depth_mask = False
+            self._mesh.render(vertices=layered, first=opaque)
+            context.fbo.depth_mask = True
+        if veil:
+            context.fbo.color_mask = False, False, False, False
+            context.fbo.use()  # the mask counts from here on
+            self._depth_mesh.render(vertices=layered + veil, first=opaque)
+            context.fbo.color_mask = True, True, True, True
+            context.fbo.use()
+            context.depth_func = "<="
+            self._mesh.render(vertices=veil, first=opaque + layered)
+            context.depth_func = "<"
 
     def _sort(
         self,
         eye: NDArray[np.float64],
         jaw: NDArray[np.float64],
         shown: NDArray[np.bool_],
+        runs: NDArray[np.int64],
         *,
         both_sides: bool,
     ) -> None:
-        """Orders the shown triangles from far to near, unless they already are.
+        """Puts the shown triangles in the order of their runs, the layered ones from far to near, if they are not.
 
-        Those that face away are left out, which spares the vertex stage, unless `both_sides` are wanted.
+        shown, runs: (part_count,). Triangles that face away are left out, which spares the vertex stage,
+        unless `both_sides` are wanted.
         """
-        wanted = (tuple(eye), tuple(np.round(jaw / _JAW_STEP)), tuple(shown), both_sides)
+        wanted = (tuple(eye), tuple(np.round(jaw / _JAW_STEP)), tuple(shown), tuple(runs), both_sides)
         if wanted == self._ordered_for:
             return
         moved = np.where(self._in_jaw[:, None], jaw, 0.0).astype(np.float32)
         away = self._centres + (moved - eye.astype(np.float32))[self._part]
-        distance = np.einsum("ij,ij->i", away, away)
-        near, far = float(distance.min()), float(distance.max())
-        slab = ((far - distance) * np.float32((_DEPTH_SLABS - 1) / max(far - near, 1e-12))).astype(np.uint16)
-        order = np.argsort(slab, kind="stable")  # radix sort
         drawn = shown[self._part]
         if not both_sides:
             drawn &= np.einsum("ij,ij->i", away, self._facing) < 0.0
-        order = order[drawn[order]]
-        self._ordered_count = 3 * len(order)
+        run = runs[self._part]
+        opaque, layered, veil = (np.flatnonzero(drawn & (run == r)) for r in (_OPAQUE, _LAYERED, _VEIL))
+        order = np.concatenate([opaque, layered[_far_to_near(away[layered])], veil])
+        self._counts = 3 * len(opaque), 3 * len(layered), 3 * len(veil)
         self._order.orphan()
         self._order.write(self._triangles[order])
         self._ordered_for = wanted
 
     def release(self) -> None:
         """Frees everything on the graphics device."""
-        release_all(self._mesh, self._vertices, self._order, self._program)
+        release_all(self._mesh, self._depth_mesh, self._vertices, self._order)
+        release_all(self._program, self._depth_program)
 
 
-def _vertex_data(context: moderngl.Context, surfaces: Iterable[DisplaySurface]) -> NDArray[np.float32]:
-    """Position, normal and (occlusion, index into TISSUES, 1 if in the jaw frame), (vertex_count, 9)."""
-    kinds = {name: i for i, name in enumerate(TISSUES)}
-    rows = [np.zeros((0, 9))]
-    for surface in surfaces:
-        itself = (Occluder(surface.vertices, surface.triangles),)
-        kind = np.empty((len(surface.vertices), 3))
-        kind[:, 0] = ambient_occlusion(context, surface.vertices, surface.normals, itself)
-        kind[:, 1] = kinds.get(surface.tissue, 0)
-        kind[:, 2] = surface.frame == "jaw"
-        rows.append(np.hstack([surface.vertices, surface.normals, kind]))
-    return np.concatenate(rows).astype(np.float32)
+def _run(look: Tissue, factor: float) -> int:
+    """In which run a tissue is drawn when its opacity is multiplied by `factor`."""
+    if factor * min(look.opacity) >= 1.0:
+        return _OPAQUE
+    return _VEIL if look.veil else _LAYERED
 
 
-def _merged_triangles(surfaces: Iterable[DisplaySurface]) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
-    """Triangles of all surfaces over their joined vertices, (n, 3), and the surface of each, (n,).
-
-    Triangles that face away are not drawn, so an open surface gets both sides.
-    """
-    triangles, part, start = [np.zeros((0, 3), np.int32)], [np.zeros(0, np.int64)], 0
-    for index, surface in enumerate(surfaces):
-        t = surface.triangles.astype(np.int32) + np.int32(start)
-        if not is_closed(surface.triangles):
-            t = np.concatenate([t, t[:, ::-1]])
-        triangles.append(t)
-        part.append(np.full(len(t), index))
-        start += len(surface.vertices)
-    return np.concatenate(triangles), np.concatenate(part)
+def _far_to_near(away: NDArray[np.float32]) -> NDArray[np.int64]:
+    """Order of points given relative to the eye, (n, 3)."""
+    distance = np.einsum("ij,ij->i", away, away)
+    near, far = float(distance.min(initial=np.inf)), float(distance.max(initial=0.0))
+    slab = ((far - distance) * np.float32((_DEPTH_SLABS - 1) / max(far - near, 1e-12))).astype(np.uint16)
+    return np.argsort(slab, kind="stable")  # radix sort
 
 
-def is_closed(triangles: NDArray[np.integer]) -> bool:
-    """Whether nearly every edge has a neighbour on its other side (a few cracks do not open a surface)."""
-    edges = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
-    counts = np.unique(edges, axis=0, return_counts=True)[1]
-    return bool(np.mean(counts == 1) < 0.005)
+def _scaled(opacity: Opacity, factor: float) -> Opacity:
+    facing, grazing = opacity
+    return min(factor * facing, 1.0), min(factor * grazing, 1.0)

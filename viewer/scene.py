@@ -22,6 +22,9 @@ from .view_options import ViewOptions
 
 _GL_CLIP_DISTANCE0 = 0x3000
 
+_AROUND = {"bone": 0.007, "tooth": 0.025, "mucosa": 0.025}  # [m]: parts this near are in the picture
+_ASPECT = 4.0 / 3.0  # the narrowest picture in which the default view has everything
+
 
 class Scene:
     """The tongue in its mouth on the graphics device.
@@ -77,25 +80,21 @@ class Scene:
         release_all(self._tongue, self._rigid, self._sensors, self._backdrop, self._uniforms)
 
 
-def scene_bounds(model: TongueModel) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Corners of a box around the tongue and the parts near it at rest [m], (3,) each.
+def default_camera(model: TongueModel, view: str = "three-quarter") -> Camera:
+    """A camera that frames the tongue in its mouth from a built-in view."""
+    return framing(subject(model), view, _ASPECT)
 
-    Parts reach far beyond the tongue (the ramus of the mandible); the box keeps to 12 mm around it.
+
+def subject(model: TongueModel) -> NDArray[np.float64]:
+    """Points that a picture should have in it [m], (n, 3): the tongue at rest and what is around it.
+
+    Of the other parts counts what is near the tongue's bounding box; the mandible's rami reach far beyond.
     """
     rest = model.skin.vertices(model.mesh.nodes)
     low, high = rest.min(axis=0), rest.max(axis=0)
-    if not model.rigid:
-        return low, high
-    around = np.concatenate([r.vertices for r in model.rigid])
-    margin = 0.012
-    return np.maximum(low - margin, np.minimum(low, around.min(axis=0))), np.minimum(
-        high + margin, np.maximum(high, around.max(axis=0))
-    )
-
-
-def default_camera(model: TongueModel, view: str = "three-quarter") -> Camera:
-    """A camera that frames the tongue in its mouth from a built-in view."""
-    low, high = scene_bounds(model)
-    camera = framing(low, high, view)
-    camera.distance *= 1.0
-    return camera
+    points = [rest]
+    for part in model.rigid:
+        reach = _AROUND.get(part.tissue, _AROUND["bone"])
+        near = np.all((part.vertices > low - reach) & (part.vertices < high + reach), axis=1)
+        points.append(part.vertices[near])
+    return np.concatenate(points)

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 from ..model import TongueModel
 from ..model.history import Sample
 from .ambient_occlusion import Occluder, ambient_occlusion
+from .closeness import closeness
 from .colour_map import colour_table, map_name
 from .detail import Detail, DisplaySurface, display_skin
 from .gl_resources import release_all
@@ -15,6 +16,7 @@ from .section_layer import SectionLayer
 from .session_view import ScalarField
 from .shader_program import load_program, set_uniform
 
+_CLOSENESS_UNIT = 3
 _PALATE_SHADE = 0.35  # share of ambient light that the translucent mouth takes from the tongue
 
 
@@ -31,10 +33,10 @@ class TongueLayer:
         self._skin = skin = display_skin(model.skin, model.mesh.nodes, detail)
         rest = skin.vertices(model.mesh.nodes)
         normals = skin.normals(rest)
-        around = tuple(Occluder(part.vertices, part.triangles, _PALATE_SHADE) for part in mouth)
+        shades = tuple(Occluder(part.vertices, part.triangles, _PALATE_SHADE) for part in mouth)
         itself = Occluder(rest, skin.triangles)
         tissue = tissue_variation(rest, normals)
-        tissue[:, 0] = ambient_occlusion(context, rest, normals, (itself, *around))
+        tissue[:, 0] = ambient_occlusion(context, rest, normals, (itself, *shades))
 
         self._vertices = np.empty((len(rest), 6), dtype=np.float32)
         self._moving = context.buffer(reserve=self._vertices.nbytes, dynamic=True)
@@ -42,6 +44,9 @@ class TongueLayer:
         self._fixed = context.buffer(np.hstack([rest, tissue]).astype("f4").tobytes())
         self._triangles = context.buffer(skin.triangles.astype("i4").tobytes())
         self._papillae = papillae_texture(context)
+        around = closeness(rest, mouth)
+        self._closeness = around.texture(context)
+        self._closeness_box = tuple(around.low), tuple(1.0 / (around.high - around.low))
         self._maps = {name: _colour_map_texture(context, name) for name in ("viridis", "diverging")}
         self._map = self._maps["viridis"]
         self._field_shown = False
@@ -83,8 +88,12 @@ class TongueLayer:
         context.enable_only(moderngl.DEPTH_TEST | moderngl.CULL_FACE)
         self._papillae.use(0)
         self._map.use(1)
+        self._closeness.use(_CLOSENESS_UNIT)
         for program in (self._skin_program, self._cut_program):
             set_uniform(program, "jaw_translation", tuple(self._jaw_translation))
+            set_uniform(program, "closeness", _CLOSENESS_UNIT)
+            set_uniform(program, "closeness_low", self._closeness_box[0])
+            set_uniform(program, "closeness_scale", self._closeness_box[1])
         set_uniform(self._skin_program, "papillae", 0)
         set_uniform(self._skin_program, "colour_map", 1)
         set_uniform(self._skin_program, "papillae_per_metre", 1.0 / TILE)
@@ -100,7 +109,7 @@ class TongueLayer:
     def release(self) -> None:
         """Frees everything on the graphics device."""
         release_all(self._skin_mesh, self._cut_mesh, self._section, *self._maps.values(), self._papillae)
-        release_all(self._moving, self._scalar, self._fixed, self._triangles)
+        release_all(self._closeness, self._moving, self._scalar, self._fixed, self._triangles)
         release_all(self._skin_program, self._cut_program)
 
 
@@ -108,20 +117,23 @@ def tissue_variation(rest: NDArray[np.floating], normals: NDArray[np.floating]) 
     """Per-vertex tissue of the rest shape: (vertex_count, 4) of occlusion (1), pallor, papillae, mottling.
 
     rest: (vertex_count, 3) [m], x anterior, z up; normals: (vertex_count, 3).
-    The dorsum is paler and rough, palest along the groove; sides and underside are red and smooth,
-    and so is, towards the root, the back.
+    The dorsum is paler and rough but for a thin red line along the median groove; sides and underside
+    are red and smooth, and so is, towards the root, the back.
     """
     low, high = rest.min(axis=0), rest.max(axis=0)
     x = (rest[:, 0] - low[0]) / (high[0] - low[0])
+    height = (rest[:, 2] - low[2]) / (high[2] - low[2])
     upward = _smoothstep(-0.15, 0.65, normals[:, 2] - 0.35 * normals[:, 0].clip(None, 0.0))
+    upward *= 1.0 - _smoothstep(0.62, 0.42, height) * _smoothstep(0.35, 0.55, x)  # not below the tip
     front = _smoothstep(0.02, 0.45, x)
-    middle = np.exp(-((rest[:, 1] / 0.0065) ** 2))
+    beside = np.exp(-((rest[:, 1] / 0.0075) ** 2))
+    groove = np.exp(-((rest[:, 1] / 0.0014) ** 2)) * _smoothstep(0.97, 0.85, x)
     rng = np.random.default_rng(3)
     waves = 2.0 * np.pi * rng.normal(size=(10, 3)) / 0.018
     mottling = np.cos(rest @ waves.T + 6.28 * rng.random(10)).mean(axis=1)
     tissue = np.ones((len(rest), 4), dtype=np.float32)
-    tissue[:, 1] = upward * (0.35 + 0.65 * front) * (0.78 + 0.22 * middle) + 0.35 * mottling * upward
-    tissue[:, 2] = (0.06 + 0.94 * upward) * (0.5 + 0.5 * front)
+    tissue[:, 1] = upward * (0.35 + 0.65 * front) * (0.78 + 0.22 * beside - 0.55 * groove) + 0.35 * mottling * upward
+    tissue[:, 2] = (0.04 + 0.94 * upward) * (0.5 + 0.5 * front)
     tissue[:, 3] = 0.20 * mottling
     return tissue
 

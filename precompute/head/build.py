@@ -41,7 +41,7 @@ Corner = tuple[float, float, float]
 Points = NDArray[np.float64]
 Surface = tuple[Points, NDArray[np.int32]]
 
-CROWN_TRIANGLES = {"incisor": 280, "canine": 330, "premolar": 370, "molar": 540}
+CROWN_TRIANGLES = {"incisor": 350, "canine": 330, "premolar": 370, "molar": 540}
 
 # name: (tissue, frame), in the order in which they are stored
 RIGID_PARTS = {
@@ -141,10 +141,10 @@ def tongue_surface(tongue: Tongue, spacing: float = 1.2) -> Surface:
 def rigid_parts(jaw: Jaw, upper: UpperJaw) -> dict[str, Surface]:
     """Surfaces of all rigid parts, mm, in the order of RIGID_PARTS."""
     return {
-        "mandible": _part(jaw.bone, (-102.0, -66.0, -60.0), (6.0, 66.0, 48.0), 1.9, 4200),
+        "mandible": _part(jaw.bone, (-102.0, -66.0, -60.0), (6.0, 66.0, 48.0), 1.9, 4000),
         "lower_gums": _part(jaw.gums, (-70.0, -45.0, -35.0), (8.0, 45.0, 5.0), 1.1, 3000),
         "lower_teeth": _crowns(jaw.arch, jaw.to_rest),
-        "palate": _part(upper.palate, (-84.0, -45.0, -18.0), (12.0, 45.0, 36.0), 1.25, 6000),
+        "palate": _part(upper.palate, (-84.0, -45.0, -18.0), (12.0, 45.0, 36.0), 1.25, 5600),
         "upper_teeth": _crowns(upper.arch),
         "hyoid": _part(jaw.hyoid, (-105.0, -32.0, -62.0), (-46.0, 32.0, -30.0), 1.1, 800),
     }

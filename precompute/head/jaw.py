@@ -27,6 +27,9 @@ from .shapes import (
 )
 from .teeth import crown
 
+MUCOSA_THICKNESS = 0.7
+"""Of the lower gums over bone [mm]."""
+
 
 @dataclass(frozen=True, eq=False)
 class Jaw:
@@ -86,8 +89,8 @@ class Jaw:
         return smooth_intersection(wall, s - self.arch.end - 5.5, 6.0)
 
     def gums(self, points: Array) -> Array:
-        """Mucosa over the alveolar ridge, scalloped around the necks, (n,)."""
-        return gum_ridge(self.to_bite(points), self.arch, depth=9.0, lean=0.06)
+        """Mucosa over the alveolar ridge, scalloped around the necks, and over the bone in it, (n,)."""
+        return gum_ridge(self.to_bite(points), self.arch, 9.0, 0.06, self.bone(points) - MUCOSA_THICKNESS)
 
     @cached_property
     def _body_pieces(self) -> tuple[Array, Array]:
@@ -225,9 +228,7 @@ class Jaw:
             ],
             count=24,
         )
-        thickness = np.interp(
-            np.linspace(0.0, 1.0, 24), [0.0, 0.25, 0.5, 0.97, 1.0], [3.2, 3.0, 2.2, 1.7, 2.3]
-        )
+        thickness = np.interp(np.linspace(0.0, 1.0, 24), [0.0, 0.25, 0.5, 0.97, 1.0], [3.2, 3.0, 2.2, 1.7, 2.3])
         tall = p.copy()  # the body is taller than thick
         stretch = 1.0 + 0.5 * bump(p[:, 1], w)
         tall[:, 2] = cz + (p[:, 2] - cz) / stretch
@@ -238,10 +239,11 @@ class Jaw:
         return smooth_union(bar, horn, 2.5)
 
 
-def gum_ridge(points: Array, arch: DentalArch, depth: float, lean: float) -> Array:
+def gum_ridge(points: Array, arch: DentalArch, depth: float, lean: float, core: Array | None = None) -> Array:
     """Gum around an arch, in bite, (n,): a rounded ridge with papillae between the teeth.
 
     depth: from the necks to its base [mm]; lean: how much its middle moves inward per mm of depth.
+    core: distance to what else the gum covers between crest and base, (n,).
     """
     along, across = arch.path.coordinates(points[:, :2])
     up = arch.up
@@ -261,5 +263,7 @@ def gum_ridge(points: Array, arch: DentalArch, depth: float, lean: float) -> Arr
     middle = front - facing * np.minimum(deep, 3.0) - lean * deep
     wall = np.abs(across - middle) - half + 0.22 * np.maximum(deep - 2.5, 0.0)
     ridge = smooth_intersection(wall, above_crest, 4.0)
+    if core is not None:
+        ridge = smooth_union(ridge, core, 2.0)
     ridge = smooth_intersection(ridge, up * (base - points[:, 2]), 3.0)
     return smooth_intersection(ridge, s - (arch.end + 5.0), 6.0)

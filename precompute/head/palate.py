@@ -16,6 +16,7 @@ from .shapes import (
     monotone,
     rounded_chain,
     rounded_extrusion,
+    smooth_difference,
     smooth_intersection,
     smooth_union,
     superellipse,
@@ -44,9 +45,10 @@ class UpperJaw:
     def palate(self, points: Array) -> Array:
         """Hard palate with its gums, velum and uvula, (n,)."""
         gums = gum_ridge(points, self.arch, depth=11.0, lean=0.38)
-        hard = smooth_union(gums, self._vault(points), 7.0)
-        spine = ellipsoid(points, (-7.5, 0.0, 15.0), (7.0, 15.0, 4.0))  # bone above the incisors' roots
-        hard = smooth_union(hard, spine, 6.0)
+        hard = smooth_union(gums, self._vault(points), 8.0)
+        bone = ellipsoid(points, (-15.0, 0.0, 17.0), (15.5, 19.0, 5.0))  # above the incisors' roots
+        bone = smooth_difference(bone, self._cavity(*points.T) - 2.0, 2.0)
+        hard = smooth_union(hard, bone, 10.0)
         return smooth_union(hard, self._velum(points), 7.0)
 
     def _vault(self, points: Array) -> Array:
@@ -77,9 +79,7 @@ class UpperJaw:
                 6.0,
             ],
         )
-        width = monotone(
-            [-60.0, -45.0, -31.0, -20.0, -13.0, -8.0, -4.0], [23.5, 21.8, 19.4, 16.2, 12.9, 9.8, 7.0]
-        )
+        width = monotone([-60.0, -45.0, -31.0, -20.0, -13.0, -8.0, -4.0], [23.5, 21.8, 19.4, 16.2, 12.9, 9.8, 7.0])
         floor = 1.0
         top, half = rise(x) - floor, width(x)
         u, v = np.abs(y) / half, np.maximum(z - floor, 0.0) / top

@@ -88,9 +88,7 @@ def superellipse(x: Array, y: Array, a: Array | float, b: Array | float, power: 
     return (norm - 1.0) / np.maximum(slope, 1.0 / np.maximum(a, b) * 0.5)
 
 
-def curve_through(
-    knots: Array | Sequence[tuple[float, ...]], closed: bool = False, count: int = 400
-) -> Array:
+def curve_through(knots: Array | Sequence[tuple[float, ...]], closed: bool = False, count: int = 400) -> Array:
     """Points of the chord-length cubic spline through `knots` (k, d), evenly in parameter, (count, d)."""
     points = np.asarray(knots, dtype=np.float64)
     if closed:

@@ -25,7 +25,6 @@ from .shapes import (
     smoothstep,
 )
 
-
 WALL_CLEARANCE = 0.3
 """Room between the tongue's sides and the lower teeth and gums [mm]."""
 

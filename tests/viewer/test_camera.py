@@ -22,16 +22,39 @@ def test_the_lateral_view_has_the_tip_left_and_the_palate_above():
     assert above[0] == pytest.approx(320)
 
 
+LOW, HIGH = np.array([-0.06, -0.03, -0.04]), np.array([0.01, 0.03, 0.03])
+BOX = np.array(list(itertools.product(*zip(LOW, HIGH, strict=True))))
+
+
 @pytest.mark.parametrize("view", VIEWS)
 @pytest.mark.parametrize("orthographic", [False, True])
-def test_a_framed_box_is_wholly_seen(view, orthographic):
-    low, high = np.array([-0.06, -0.03, -0.04]), np.array([0.01, 0.03, 0.03])
-    camera = framing(low, high, view)
+@pytest.mark.parametrize(("width", "height"), [(720, 720), (960, 720)])
+def test_what_is_framed_is_wholly_seen(view, orthographic, width, height):
+    camera = framing(BOX, view, width / height)
     camera.orthographic = orthographic
-    corners = np.array(list(itertools.product(*zip(low, high, strict=True))))
-    at = camera.project(corners, 720, 720)
-    assert np.all((at[:, :2] > 0) & (at[:, :2] < 720))
+    at = camera.project(BOX, width, height)
+    assert np.all((at[:, 0] > 0) & (at[:, 0] < width))
+    assert np.all((at[:, 1] > 0) & (at[:, 1] < height))
     assert np.all(np.abs(at[:, 2]) < 1.0)
+
+
+@pytest.mark.parametrize("view", VIEWS)
+def test_framing_fills_the_picture(view):
+    """The box reaches nearly to two opposite edges and stands in the middle."""
+    at = framing(BOX, view).project(BOX, 720, 720)[:, :2]
+    assert np.ptp(at, axis=0).max() > 0.80 * 720
+    assert np.abs(0.5 * (at.min(axis=0) + at.max(axis=0)) - 360.0).max() < 0.1 * 720
+
+
+def test_another_view_frames_the_subject_anew():
+    camera = framing(BOX, "three-quarter")
+    camera.look("top")
+    other = framing(BOX, "top")
+    assert camera.distance == pytest.approx(other.distance)
+    assert camera.target == pytest.approx(other.target)
+    free = Camera(distance=0.4)
+    free.look("top")
+    assert free.distance == 0.4
 
 
 def test_dragging_right_moves_what_is_in_front_to_the_right():

@@ -14,6 +14,7 @@ PAIRS = [
     ("sensor", "sensor"),
     ("backdrop", "backdrop"),
     ("depth", "depth"),
+    ("rigid_depth", "depth"),
 ]
 
 

@@ -2,14 +2,14 @@
 #include "frame.glsl"
 #include "studio.glsl"
 
-// Bone, enamel and palate like stained glass: clear where they face the eye, dense where they turn
-// away. Colour is premultiplied by opacity so that highlights stay bright on clear parts.
+// Bone and palate like stained glass: clear where they face the eye, dense where they turn away; teeth
+// and gums nearly opaque. Colour is premultiplied by opacity so that highlights stay bright on clear parts.
 
 centroid in vec3 v_position;
 centroid in vec3 v_normal;
 centroid in vec3 v_body;
 centroid in float v_back_light;
-flat in vec3 v_surface;   // opacity facing the eye, at grazing view; gloss
+centroid in vec3 v_surface;   // opacity facing the eye, at grazing view; gloss
 
 out vec4 colour_out;
 

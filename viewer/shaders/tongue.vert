@@ -3,6 +3,9 @@
 #include "studio.glsl"
 
 uniform vec3 jaw_translation;   // jaw frame to head frame [m]
+uniform sampler3D closeness;    // 1 where the mouth touches: r its parts in the head, g those in the jaw
+uniform vec3 closeness_low;     // [m]
+uniform vec3 closeness_scale;   // [1/m]
 
 in vec3 in_position;   // jaw frame [m]
 in vec3 in_normal;
@@ -23,8 +26,11 @@ void main() {
     v_rest = in_rest;
     v_tissue = in_tissue;
     v_scalar = in_scalar;
+    float palate = textureLod(closeness, (v_position - closeness_low) * closeness_scale, 0.0).r;
+    float teeth = textureLod(closeness, (in_position - closeness_low) * closeness_scale, 0.0).g;
+    v_tissue.x *= (1.0 - 0.6 * palate * palate) * (1.0 - 0.45 * teeth * teeth);
     // Occluded tissue is lit by its red neighbours: occlusion dims red least.
-    float occlusion = in_tissue.x;
+    float occlusion = v_tissue.x;
     vec3 seen = mix(vec3(occlusion), vec3(sqrt(occlusion)), vec3(0.9, 0.25, 0.2));
     vec3 fill = wrapped(dot(in_normal, fill_direction.xyz)) * FILL_LIGHT * (0.22 + 0.78 * occlusion);
     v_soft_light = fill + ambient_light(in_normal) * seen;
