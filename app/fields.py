@@ -34,7 +34,7 @@ class FieldSource:
         if name in (STRAIN_ENERGY, DET_F):
             density, det_f = self._elements(sample)
             if name == STRAIN_ENERGY:
-                return ScalarField("strain energy density", self._at_nodes(density), "J/m^3", (0.0, 1500.0))
+                return ScalarField("strain energy density", self._at_nodes(density), "J/m³", (0.0, 1500.0))
             return ScalarField(DET_F, self._at_nodes(det_f), "", (0.8, 1.2), centre=1.0)
         if self._reduced and name.startswith(DOMAIN_PREFIX):
             domain = self._reduced.domain_names.index(name.removeprefix(DOMAIN_PREFIX))

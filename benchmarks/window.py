@@ -19,6 +19,17 @@ from lingual.viewer.view_options import ViewOptions
 from lingual.viewer.window import ViewerWindow
 
 
+def _figures(work: np.ndarray, intervals: np.ndarray, chosen: np.ndarray) -> dict[str, float]:
+    work, intervals = work[chosen], intervals[chosen]
+    return {
+        "pictures": int(chosen.sum()),
+        "frames_per_second": 1e3 / float(intervals.mean()),
+        "work_ms_median": float(np.median(work)),
+        "work_ms_p95": float(np.percentile(work, 95)),
+        "interval_ms_p95": float(np.percentile(intervals, 95)),
+    }
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seconds", type=float, default=10.0)
@@ -30,25 +41,25 @@ def main() -> None:
     session.start()
     window = ViewerWindow(session, width=1280, height=720, options=ViewOptions(field_name=arguments.field))
     window.panels.playback.playing = True
-    work, intervals = [], []
+    work, intervals, simulating = [], [], []
     end = time.perf_counter() + arguments.seconds
     previous = time.perf_counter()
     while (now := time.perf_counter()) < end:
         window.frame()
         intervals.append(1e3 * (now - previous))
         work.append(window.panels.timing.work[-1])
+        simulating.append(session.history.frame_count < session.simulation.trajectory.frame_count)
         previous = now
     renderer = window.panels.renderer
     window.close()
     session.stop()
 
     warm = np.cumsum(intervals) > 1000.0
-    work, intervals = np.array(work)[warm], np.array(intervals)[warm]
+    simulating = np.array(simulating)
     result = {
         "renderer": renderer,
-        "frames_per_second": 1e3 / float(intervals.mean()),
-        "work_ms": {"median": float(np.median(work)), "p95": float(np.percentile(work, 95))},
-        "interval_ms": {"median": float(np.median(intervals)), "p95": float(np.percentile(intervals, 95))},
+        "while_simulating": _figures(np.array(work), np.array(intervals), warm & simulating),
+        "after": _figures(np.array(work), np.array(intervals), warm & ~simulating),
         "simulation_step_ms": float(np.median(session.history.scalar("step_ms"))),
     }
     print(json.dumps(result, indent=2))

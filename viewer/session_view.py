@@ -19,7 +19,7 @@ class ScalarField:
 
     label: quantity, as written over the colour bar, e.g. "displacement".
     values: (node_count,) in `unit`.
-    unit: e.g. "mm", "J/m^3"; empty for a number without unit.
+    unit: e.g. "mm", "J/m³"; empty for a number without unit.
     limits: (low, high) of the colour map in `unit`, the same at every time so that colours compare.
     centre: the value in the middle of a diverging map; None selects a sequential map.
     """

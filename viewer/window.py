@@ -14,6 +14,7 @@ from .gui import Gui
 from .layout import arrange, draw_panels
 from .panels.panel_context import PanelContext
 from .playback import Playback
+from .resolution import AdaptiveScale, ScaledPicture
 from .scene import Scene, default_camera
 from .session_view import NO_FIELD, SessionView, sample_at, simulated_until
 from .theme import PANEL
@@ -48,6 +49,7 @@ class ViewerWindow:
         self._scene = Scene(self._context, session.model, detail)
         self._gui = Gui(self._window, content_scale(self._window))
         self._period = 1.0 / refresh_rate()
+        self._scale, self._picture = AdaptiveScale(self._period), ScaledPicture(self._context)
         self._last_begin = self._last_change = self._due = time.perf_counter()
         self._shown: tuple | None = None
         self.panels = PanelContext(
@@ -82,6 +84,8 @@ class ViewerWindow:
         work = time.perf_counter() - begin
         glfw.swap_buffers(self._window)
         self.panels.timing.add(work, interval)
+        if self._software:
+            self._scale.add(work)
         self._pace()
 
     def _pace(self) -> None:
@@ -110,6 +114,10 @@ class ViewerWindow:
         panels.viewport = arrange(window_width, window_height)
         view, scale_x, scale_y = panels.viewport, width / window_width, height / window_height
         view_width, view_height = max(round(view.width * scale_x), 1), max(round(view.height * scale_y), 1)
+        scale = self._scale.scale
+        if scale < 1.0:
+            self._picture.begin(max(round(scale * view_width), 1), max(round(scale * view_height), 1))
+            self._scene.draw(panels.camera, view_width / view_height, panels.options)
         screen.use()
         screen.viewport = (
             round(view.left * scale_x),
@@ -118,7 +126,10 @@ class ViewerWindow:
             view_height,
         )
         screen.clear(PANEL.x, PANEL.y, PANEL.z, 1.0, depth=1.0, viewport=(0, 0, width, height))
-        self._scene.draw(panels.camera, view_width / view_height, panels.options)
+        if scale < 1.0:
+            self._picture.show()
+        else:
+            self._scene.draw(panels.camera, view_width / view_height, panels.options)
         self._gui.flush()
         self._gui.begin()
         draw_panels(panels, window_width, window_height)
@@ -142,6 +153,7 @@ class ViewerWindow:
         """Frees everything on the graphics device and removes the window."""
         self._gui.release()
         self._scene.release()
+        self._picture.release()
         self._context.release()
         glfw.destroy_window(self._window)
         glfw.terminate()

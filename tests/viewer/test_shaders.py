@@ -13,6 +13,7 @@ PAIRS = [
     ("rigid", "rigid"),
     ("sensor", "sensor"),
     ("backdrop", "backdrop"),
+    ("backdrop", "upscale"),
     ("depth", "depth"),
     ("rigid_depth", "depth"),
 ]
