@@ -120,7 +120,7 @@ def _summarise(session: Session, out: Path | None) -> None:
             f"volume within {100 * abs(history.scalar('volume_ratio') - 1).max():.2f} %.",
             soft_wrap=True,
         )
-    if session.failure:
-        error_console.print(f"[yellow]warning:[/] {session.failure}", soft_wrap=True)
+    if session.notice:
+        error_console.print(f"[yellow]warning:[/] {session.notice}", soft_wrap=True)
     if out is not None:
         console.print(f"Written: {out.resolve()}", soft_wrap=True)

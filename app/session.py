@@ -4,7 +4,7 @@ import logging
 import threading
 from collections.abc import Callable
 
-from ..model import ReducedModel
+from ..model import LingualError, ReducedModel
 from ..model.history import Sample
 from ..viewer.session_view import ScalarField
 from .fields import FieldSource
@@ -29,12 +29,10 @@ class Session:
         self._fields = FieldSource(simulation.solver.tongue, reduced)
         self._stop = threading.Event()
         self._thread: threading.Thread | None = None
-        self._failure: str | None = None
+        self.failure: str | None = None
 
     @property
-    def failure(self) -> str | None:
-        if self._failure:
-            return self._failure
+    def notice(self) -> str | None:
         if count := len(self.simulation.unconverged_frames):
             return f"{count} frame{'s' if count > 1 else ''} did not converge; the nearest state is shown there."
         return None
@@ -64,6 +62,8 @@ class Session:
     def _work(self) -> None:
         try:
             self.simulation.run(should_stop=self._stop.is_set)
+        except LingualError as error:
+            self.failure = str(error)
         except Exception as error:
-            self._failure = f"The simulation stopped at frame {self.history.frame_count}: {error}"
+            self.failure = f"The simulation stopped at frame {self.history.frame_count}: {error}"
             log.exception("simulation thread")

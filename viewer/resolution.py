@@ -52,6 +52,7 @@ class ScaledPicture:
             self._release_picture()
             colour = self._context.texture((width, height), 4)
             colour.repeat_x = colour.repeat_y = False
+            self._colour = colour
             self._framebuffer = self._context.framebuffer(colour, self._context.depth_renderbuffer((width, height)))
         self._framebuffer.use()
         self._framebuffer.clear(0.0, 0.0, 0.0, 1.0, depth=1.0)
@@ -61,15 +62,13 @@ class ScaledPicture:
         if self._framebuffer is None:
             raise RuntimeError("ScaledPicture.begin must come before show")
         self._context.enable_only(moderngl.NOTHING)
-        self._framebuffer.color_attachments[0].use(0)
+        self._colour.use(0)
         self._program["picture"] = 0
         self._triangle.render(moderngl.TRIANGLES, vertices=3)
 
     def _release_picture(self) -> None:
         if self._framebuffer is not None:
-            release_all(
-                self._framebuffer, *self._framebuffer.color_attachments, self._framebuffer.depth_attachment
-            )
+            release_all(self._framebuffer, self._colour, self._framebuffer.depth_attachment)
             self._framebuffer = None
 
     def release(self) -> None:

@@ -76,6 +76,11 @@ class SessionView(Protocol):
         """The sentence that says why the simulation stopped early; None while all is well."""
         ...
 
+    @property
+    def notice(self) -> str | None:
+        """A sentence about what went less than well while the simulation goes on; None for nothing."""
+        ...
+
     def field_names(self) -> tuple[str, ...]:
         """Names that `field` knows; the first is usually NO_FIELD."""
         ...

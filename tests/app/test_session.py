@@ -24,6 +24,7 @@ def test_a_session_simulates_in_the_background_until_the_end(moving_solver, traj
     assert session.history.frame_count == 8
     assert (session.title, session.solver_name, session.duration) == ("movement", "moving", pytest.approx(0.07))
     assert session.failure is None
+    assert session.notice is None
     session.stop()
 
 
@@ -51,7 +52,8 @@ def test_frames_that_did_not_converge_are_counted(moving_solver, trajectory, unt
     solver = moving_solver(lambda time: 0.0 if 0.0201 < time < until else np.inf)
     session = Session(Simulation(solver, trajectory), "movement")
     session.simulate()
-    assert session.failure.startswith(sentence)
+    assert session.notice.startswith(sentence)
+    assert session.failure is None
 
 
 def test_fields_of_a_full_solver_have_no_domains(small_tongue):

@@ -100,6 +100,7 @@ class SyntheticSession:
         self.model = synthetic_model()
         self.duration = duration
         self.failure: str | None = None
+        self.notice: str | None = None
         self.history = StateHistory(self.model.mesh.node_count, self.model.sensors.count)
         self.simulate_until(duration if simulated is None else simulated)
 

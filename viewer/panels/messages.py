@@ -7,9 +7,9 @@ from .panel_context import PanelContext
 
 
 def draw_messages(context: PanelContext) -> None:
-    """A plate at the top of the view with the session's failure, if there is one."""
-    failure = context.session.failure
-    if failure is None:
+    """A plate at the top of the view with the session's failure or notice, if there is one."""
+    failure, notice = context.session.failure, context.session.notice
+    if failure is None and notice is None:
         return
     view = context.viewport
     imgui.set_next_window_pos(ImVec2(view.left + 18, view.top + 18))
@@ -18,9 +18,9 @@ def draw_messages(context: PanelContext) -> None:
     flags = flag.no_decoration | flag.no_move | flag.no_saved_settings | flag.no_focus_on_appearing
     imgui.push_style_var(imgui.StyleVar_.window_rounding, 8.0)
     if imgui.begin("##message", None, flags.value)[0]:
-        imgui.text_colored(WARNING, "The simulation stopped")
+        imgui.text_colored(WARNING, "The simulation stopped" if failure else "Not everything converged")
         imgui.push_text_wrap_pos(0.0)
-        imgui.text_unformatted(failure)
+        imgui.text_unformatted(failure or notice or "")
         imgui.pop_text_wrap_pos()
     imgui.end()
     imgui.pop_style_var()
