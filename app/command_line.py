@@ -38,6 +38,15 @@ UnitsOption = Annotated[
 DomainsOption = Annotated[
     int, typer.Option("--domains", min=1, help="Quadratic domains of the reduced solver (30 degrees of freedom each).")
 ]
+TrainOption = Annotated[
+    list[Path] | None,
+    typer.Option(
+        "--train-on",
+        metavar="FILE",
+        help="Recording whose poses train the cubature (may be repeated); poses are sampled without it. Give the "
+        "same to precompute and replay.",
+    ),
+]
 SolverOption = Annotated[
     str,
     typer.Option(
@@ -115,6 +124,7 @@ def replay(
     time: TimeOption = None,
     backdrop: BackdropOption = "dark",
     fps: FpsOption = 50.0,
+    train_on: TrainOption = None,
 ) -> None:
     """Moves a tongue by a recording of its sensors.
 
@@ -125,7 +135,7 @@ def replay(
     play(
         PlayRequest(
             file, mesh, solver, domains, units, headless, out, frames, report, size, view, field, cut, speed, time,
-            backdrop, fps,
+            backdrop, fps, tuple(train_on or ()),
         )
     )  # fmt: skip
 
@@ -135,15 +145,16 @@ def precompute(
     mesh: MeshOption = None,
     domains: DomainsOption = 5,
     units: UnitsOption = None,
+    train_on: TrainOption = None,
 ) -> None:
     """Prepares a mesh for the reduced solver and caches it: domain weights, basis, cubature."""
     from ..precompute.cache import lingual_cache_dir
     from ..precompute.meshes.library import load_tongue
-    from ..precompute.reduction import ReductionSettings, build_reduced_model
+    from .wiring import reduced_model
 
     with stage_bars() as bars:
         tongue = load_tongue(mesh, bars, units)
-        model = build_reduced_model(tongue, ReductionSettings(domain_count=domains), progress=bars)
+        model = reduced_model(tongue, domains, tuple(train_on or ()), bars)
     console.print(
         f"{tongue.name}: {model.domain_count} domains, {model.dof_count} degrees of freedom, "
         f"{len(model.cubature_elements)} of {tongue.mesh.tet_count} elements as cubature "

@@ -33,6 +33,7 @@ class PlayRequest:
     time: float | None = None
     backdrop: str = "dark"
     fps: float = 50.0
+    train_on: tuple[Path, ...] = ()
 
 
 def play(run: PlayRequest) -> None:
@@ -46,7 +47,9 @@ def play(run: PlayRequest) -> None:
     check_pictures(settings)
     for path in (out, run.report):
         _check_writable(path)
-    request = SessionRequest(run.recording, run.mesh, run.solver, run.domains, run.units, run.frames)
+    request = SessionRequest(
+        run.recording, run.mesh, run.solver, run.domains, run.units, run.frames, run.train_on
+    )
     with stage_bars() as bars:
         session = build_session(request, bars)
         if run.field not in session.field_names():

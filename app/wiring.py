@@ -29,6 +29,7 @@ class SessionRequest:
 
     recording: a file, or None for the built-in demonstration. mesh: name or path, None for the head of
     our own. units: of a mesh file that does not say. frame_limit: simulate so many frames only.
+    train_on: recordings from which half of the cubature's training poses are taken.
     """
 
     recording: Path | None = None
@@ -37,6 +38,7 @@ class SessionRequest:
     domain_count: int = 5
     units: str | None = None
     frame_limit: int | None = None
+    train_on: tuple[Path, ...] = ()
 
 
 def build_session(request: SessionRequest, progress: Progress = silent) -> Session:
@@ -49,7 +51,7 @@ def build_session(request: SessionRequest, progress: Progress = silent) -> Sessi
     trajectory = fitted_trajectory(request.recording, tongue)
     if request.frame_limit is not None:
         trajectory = trajectory.head(request.frame_limit)
-    solver, reduced = build_solver(request.solver, tongue, request.domain_count, progress)
+    solver, reduced = build_solver(request.solver, tongue, request.domain_count, request.train_on, progress)
     title = request.recording.name if request.recording else "demonstration"
     return Session(Simulation(solver, trajectory), title, reduced)
 
@@ -62,17 +64,30 @@ def fitted_trajectory(recording: Path | None, tongue: TongueModel) -> Trajectory
 
 
 def build_solver(
-    name: str, tongue: TongueModel, domain_count: int, progress: Progress = silent
+    name: str,
+    tongue: TongueModel,
+    domain_count: int,
+    train_on: tuple[Path, ...] = (),
+    progress: Progress = silent,
 ) -> tuple[Solver, ReducedModel | None]:
     """The named solver, and the reduced model that it runs on if it does."""
     builders: dict[str, Callable[[], tuple[Solver, ReducedModel | None]]] = {
-        "reduced": lambda: _reduced(tongue, domain_count, progress),
+        "reduced": lambda: _reduced(tongue, domain_count, train_on, progress),
         "full": lambda: (SolverFullSpace(tongue), None),
     }
     return builders[name]()
 
 
-def _reduced(tongue: TongueModel, domain_count: int, progress: Progress) -> tuple[Solver, ReducedModel]:
-    settings = ReductionSettings(domain_count=domain_count)
-    model = build_reduced_model(tongue, settings, progress=progress)
+def reduced_model(
+    tongue: TongueModel, domain_count: int, train_on: tuple[Path, ...] = (), progress: Progress = silent
+) -> ReducedModel:
+    """The tongue's reduced model, its cubature trained on recordings where there are any."""
+    recordings = [fitted_trajectory(path, tongue) for path in train_on]
+    return build_reduced_model(tongue, ReductionSettings(domain_count=domain_count), recordings, progress)
+
+
+def _reduced(
+    tongue: TongueModel, domain_count: int, train_on: tuple[Path, ...], progress: Progress
+) -> tuple[Solver, ReducedModel]:
+    model = reduced_model(tongue, domain_count, train_on, progress)
     return SolverReduced(model), model

@@ -104,6 +104,8 @@ def _reduce(
             f"Only {len(poses)} of {len(sampled) + len(recorded)} training poses of '{tongue.name}' have an "
             "equilibrium: check the mesh's unit, its fixed nodes and its sensors."
         )
+    if recordings:  # so that recorded and sampled poses are both held out
+        poses = rng.permutation(poses)
     training, held_out = poses[:-HELD_OUT_POSES], poses[-HELD_OUT_POSES:]
     elements, weights = select_cubature(
         exact,

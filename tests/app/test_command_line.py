@@ -8,6 +8,7 @@ import pytest
 
 from lingual import __version__
 from lingual.app.simulation import Simulation
+from lingual.precompute import reduction
 
 REPORT_KEYS = {
     "solver", "mesh", "node_count", "tet_count", "dof_count", "frame_count", "step_ms", "frames_per_second",
@@ -154,6 +155,26 @@ def test_precompute_says_what_it_made_and_the_next_call_finds_it(lingual, wedge_
     assert "elements as cubature (force error" in " ".join(out.split())
     monkeypatch.setattr("lingual.precompute.reduction._reduce", None)  # would fail if it were called
     assert lingual(*arguments)[1] == out
+
+
+def test_recordings_train_a_model_of_their_own(lingual, wedge_file, write_luo, luo_rows, monkeypatch):
+    """Poses of the recordings are used, and the model is not taken for the one without."""
+    monkeypatch.setattr("lingual.precompute.reduction.HELD_OUT_POSES", 4)
+    seen = []
+    original = reduction._reduce
+
+    def watched(tongue, settings, recordings, progress):
+        seen.append([r.source for r in recordings])
+        return original(tongue, settings, recordings, progress)
+
+    monkeypatch.setattr(reduction, "_reduce", watched)
+    path = str(write_luo(luo_rows))
+    arguments = ("precompute", "--mesh", wedge_file, "--units", "mm")
+    assert [lingual(*arguments)[0], lingual(*arguments, "--train-on", path)[0]] == [0, 0]
+    assert seen == [[], [path]]
+    code, _, err = lingual(*arguments, "--train-on", "missing.txt")
+    assert code == 2
+    assert "no file missing.txt" in err
 
 
 def test_info_describes_mesh_and_machine(lingual, wedge_file):
