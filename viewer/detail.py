@@ -18,7 +18,7 @@ class Detail:
 
 
 FULL_DETAIL = Detail()
-SOFTWARE_DETAIL = Detail(rigid_triangles=6_000, skin_triangles=4_000)
+SOFTWARE_DETAIL = Detail(rigid_triangles=9_000, skin_triangles=5_000)
 """For Mesa's software renderers, whose time goes into small triangles."""
 
 

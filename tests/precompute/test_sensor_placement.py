@@ -46,9 +46,13 @@ def test_footprints_hold_the_point(sausage):
     assert (sensors.weights.data >= 0.0).all()
 
 
-def test_far_points_snap_to_the_surface(sausage):
-    sensors = sensors_at(sausage, np.array([[-0.045, 0.005, 0.100]]), ("A",))
-    assert sensors.positions(sausage.nodes)[0] * 1e3 == pytest.approx([-45.0, 5.0, RADIUS], abs=1.0)
+def test_points_off_the_surface_snap_to_its_nearest_point(sausage):
+    near, far = np.array([-45.0, 5.0, RADIUS + 2.0]), np.array([-45.0, 5.0, 100.0])
+    sensors = sensors_at(sausage, 1e-3 * np.array([near, far]), ("A", "B"))
+    at = sensors.positions(sausage.nodes) * 1e3
+    assert at[0] == pytest.approx([-45.0, 5.0, RADIUS], abs=0.6)
+    # Seen from afar a facet is as near as its neighbours, so here only the distance is certain.
+    assert np.linalg.norm(at[1] - far) == pytest.approx(100.0 - RADIUS, abs=0.3)
 
 
 def test_midline_runs_from_tip_to_root(sausage):
