@@ -17,11 +17,11 @@ whose slope turns small elements inside out when the tongue moves far; so the we
 
 import numpy as np
 import scipy.sparse as sp
-import scipy.sparse.linalg as sla
 from numpy.typing import NDArray
 
 from ..model import TongueModel
 from ..model.discretisation import Discretisation
+from ..model.sparse_factor import factorise
 from .progress import Progress, silent
 from .seeds import Seed
 
@@ -115,12 +115,6 @@ def response_along(
     right = -(reduce.T @ (stiffness @ prescribed))
     displacement = prescribed + reduce @ factorise(reduce.T @ stiffness @ reduce).solve(right)
     return displacement.reshape(-1, 3) @ direction
-
-
-def factorise(matrix: sp.sparray) -> sla.SuperLU:
-    """Sparse factor of a symmetric positive definite matrix, with an ordering made for such."""
-    options = {"SymmetricMode": True}
-    return sla.splu(matrix.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
 
 
 def _dofs(nodes: NDArray[np.int64]) -> NDArray[np.int64]:

@@ -2,15 +2,15 @@
 
 import numpy as np
 import scipy.sparse as sp
-import scipy.sparse.linalg as sla
 import warp as wp
 from numpy.typing import NDArray
 
 from ..model import Control, State, TongueModel
 from ..model.discretisation import Discretisation
+from ..model.sparse_factor import factorise
 from . import newton
 from .constraints import SensorConstraints
-from .projected_cg import LaggedPreconditioner, Solve, projected_cg
+from .projected_cg import LaggedPreconditioner, projected_cg
 from .protocol import StepReport
 
 
@@ -105,7 +105,7 @@ class _FullStep:
         shift = self._mass * (1.0 / self._dt**2 + self._damping_mass / self._dt)
         A = (self._discretisation.stiffness(self._dt) + sp.diags_array(shift, format="bsr")).tocsr()
         return projected_cg(
-            A.__matmul__, lambda: _factorise(A), self.constraints.rows, -residual, gap, self._preconditioner
+            A.__matmul__, lambda: factorise(A).solve, self.constraints.rows, -residual, gap, self._preconditioner
         )
 
     def dual_norm(self, residual: NDArray, multipliers: NDArray) -> float:
@@ -113,12 +113,3 @@ class _FullStep:
 
     def _norm(self, force: NDArray) -> float:
         return float(np.sqrt(np.sum(force**2 / self._mass)))
-
-
-def _factorise(A: sp.csr_array) -> Solve:
-    """A sparse factor. Raises numpy.linalg.LinAlgError when A is singular."""
-    options = {"SymmetricMode": True}
-    try:
-        return sla.splu(A.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options).solve
-    except RuntimeError as error:
-        raise np.linalg.LinAlgError(str(error)) from error
