@@ -7,8 +7,10 @@ from typing import Annotated
 import typer
 
 from .. import __version__
+from ..kernels.materials import MATERIALS
 from ..model import LingualError
 from .play import PlayRequest, play
+from .solver_options import SOLVERS, VOLUME_MODES, SolverOptions
 from .terminal import console, error_console, plain_messages, stage_bars
 
 app = typer.Typer(
@@ -36,7 +38,8 @@ UnitsOption = Annotated[
     str | None, typer.Option(help="Unit of the mesh file when it does not say: m, cm, mm or metres in a unit.")
 ]
 DomainsOption = Annotated[
-    int, typer.Option("--domains", min=1, help="Quadratic domains of the reduced solver (30 degrees of freedom each).")
+    int | None,
+    typer.Option("--domains", min=1, help="Quadratic domains of the reduced solver: 30 unknowns each; 5 by default."),
 ]
 TrainOption = Annotated[
     list[Path] | None,
@@ -47,11 +50,24 @@ TrainOption = Annotated[
         "same to precompute and replay.",
     ),
 ]
+MaterialOption = Annotated[
+    str | None, typer.Option(metavar="|".join(MATERIALS), help="Constitutive law of the tissue; stvk by default.")
+]
+VolumeOption = Annotated[
+    str | None,
+    typer.Option(
+        metavar="|".join(VOLUME_MODES), help="Correction of the volume after each step; subspace by default."
+    ),
+]
+ContactOption = Annotated[
+    bool | None, typer.Option("--contact/--no-contact", help="Whether teeth, palate and jaw hold the tongue back.")
+]
 SolverOption = Annotated[
     str,
     typer.Option(
-        metavar="reduced|full",
-        help="[b]reduced[/]: blended quadratic domains and cubature, real time. [b]full[/]: every node, the reference.",
+        metavar="|".join(SOLVERS),
+        help="[b]reduced[/]: blended quadratic domains and cubature, real time. [b]full[/]: every node, the "
+        "reference. Options may follow: reduced:domains=8,volume=none.",
     ),
 ]
 HeadlessOption = Annotated[bool, typer.Option("--headless", help="Open no window.")]
@@ -110,7 +126,10 @@ def replay(
     ] = None,
     mesh: MeshOption = None,
     solver: SolverOption = "reduced",
-    domains: DomainsOption = 5,
+    domains: DomainsOption = None,
+    material: MaterialOption = None,
+    volume: VolumeOption = None,
+    contact: ContactOption = None,
     units: UnitsOption = None,
     headless: HeadlessOption = False,
     out: OutOption = None,
@@ -132,18 +151,18 @@ def replay(
     warning, and the tongue follows at 100 frames a second. With --headless and no --out it is only
     simulated, for --report.
     """
-    play(
-        PlayRequest(
-            file, mesh, solver, domains, units, headless, out, frames, report, size, view, field, cut, speed, time,
-            backdrop, fps, tuple(train_on or ()),
-        )
-    )  # fmt: skip
+    options = SolverOptions.parse(solver).given(
+        domains=domains, material=material, volume=volume, contact=contact, train_on=tuple(train_on or ())
+    )
+    pictures = (size, view, field, cut, speed, time, backdrop, fps)
+    play(PlayRequest(file, mesh, options, units, headless, out, frames, report, *pictures))
 
 
 @app.command()
 def precompute(
     mesh: MeshOption = None,
-    domains: DomainsOption = 5,
+    domains: DomainsOption = None,
+    material: MaterialOption = None,
     units: UnitsOption = None,
     train_on: TrainOption = None,
 ) -> None:
@@ -153,8 +172,9 @@ def precompute(
     from .wiring import reduced_model
 
     with stage_bars() as bars:
+        options = SolverOptions().given(domains=domains, material=material, train_on=tuple(train_on or ()))
         tongue = load_tongue(mesh, bars, units)
-        model = reduced_model(tongue, domains, tuple(train_on or ()), bars)
+        model = reduced_model(tongue, options, bars)
     console.print(
         f"{tongue.name}: {model.domain_count} domains, {model.dof_count} degrees of freedom, "
         f"{len(model.cubature_elements)} of {tongue.mesh.tet_count} elements as cubature "

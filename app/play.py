@@ -1,13 +1,14 @@
 """One run: check what was asked, simulate, and show it or write it."""
 
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from ..model import LingualError
 from .output import PictureSettings, check_pictures, has_display, show, write
 from .report import simulation_report, write_report
 from .session import Session
+from .solver_options import SolverOptions
 from .terminal import console, error_console, stage_bars
 from .wiring import SessionRequest, build_session
 
@@ -18,8 +19,7 @@ class PlayRequest:
 
     recording: Path | None = None
     mesh: str | None = None
-    solver: str = "reduced"
-    domains: int = 5
+    solver: SolverOptions = field(default_factory=SolverOptions)
     units: str | None = None
     headless: bool = False
     out: Path | None = None
@@ -33,7 +33,6 @@ class PlayRequest:
     time: float | None = None
     backdrop: str = "dark"
     fps: float = 50.0
-    train_on: tuple[Path, ...] = ()
 
 
 def play(run: PlayRequest) -> None:
@@ -47,9 +46,7 @@ def play(run: PlayRequest) -> None:
     check_pictures(settings)
     for path in (out, run.report):
         _check_writable(path)
-    request = SessionRequest(
-        run.recording, run.mesh, run.solver, run.domains, run.units, run.frames, run.train_on
-    )
+    request = SessionRequest(run.recording, run.mesh, run.solver, run.units, run.frames)
     with stage_bars() as bars:
         session = build_session(request, bars)
         if run.field not in session.field_names():

@@ -1,7 +1,7 @@
 """From what the user names to a session: tongue, trajectory, reduced model, solver."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from ..model import LingualError, ReducedModel, TongueModel, Trajectory
@@ -16,11 +16,10 @@ from ..speech.fitting import fit_to_sensors
 from ..speech.loading import load_trajectory
 from .session import Session
 from .simulation import Simulation
+from .solver_options import SolverOptions
 
 STEP_RATE = 100.0
 """Simulated frames a second [Hz]: the time step of 0.01 s that DESIGN and Luo (2017, section 8) use."""
-
-SOLVERS = ("reduced", "full")
 
 
 @dataclass(frozen=True)
@@ -28,30 +27,26 @@ class SessionRequest:
     """What the user asks for.
 
     recording: a file, or None for the built-in demonstration. mesh: name or path, None for the head of
-    our own. units: of a mesh file that does not say. frame_limit: simulate so many frames only.
-    train_on: recordings from which half of the cubature's training poses are taken.
+    our own. solver: which one, with its options. units: of a mesh file that does not say.
+    frame_limit: simulate so many frames only.
     """
 
     recording: Path | None = None
     mesh: str | None = None
-    solver: str = "reduced"
-    domain_count: int = 5
+    solver: SolverOptions = field(default_factory=SolverOptions)
     units: str | None = None
     frame_limit: int | None = None
-    train_on: tuple[Path, ...] = ()
 
 
 def build_session(request: SessionRequest, progress: Progress = silent) -> Session:
     """A session ready to be started. Raises LingualError for anything that cannot be used."""
-    if request.solver not in SOLVERS:
-        raise LingualError(f"There is no solver '{request.solver}'; choose one of {', '.join(SOLVERS)}.")
     if request.frame_limit is not None and request.frame_limit < 1:
         raise LingualError(f"--frames is {request.frame_limit}; it must be 1 or more.")
     tongue = load_tongue(request.mesh, progress, request.units)
     trajectory = fitted_trajectory(request.recording, tongue)
     if request.frame_limit is not None:
         trajectory = trajectory.head(request.frame_limit)
-    solver, reduced = build_solver(request.solver, tongue, request.domain_count, request.train_on, progress)
+    solver, reduced = build_solver(request.solver, tongue, progress)
     title = request.recording.name if request.recording else "demonstration"
     return Session(Simulation(solver, trajectory), title, reduced)
 
@@ -64,30 +59,30 @@ def fitted_trajectory(recording: Path | None, tongue: TongueModel) -> Trajectory
 
 
 def build_solver(
-    name: str,
-    tongue: TongueModel,
-    domain_count: int,
-    train_on: tuple[Path, ...] = (),
-    progress: Progress = silent,
+    options: SolverOptions, tongue: TongueModel, progress: Progress = silent
 ) -> tuple[Solver, ReducedModel | None]:
-    """The named solver, and the reduced model that it runs on if it does."""
+    """The chosen solver, and the reduced model that it runs on if it does."""
+    tongue = _of_material(tongue, options.material)
     builders: dict[str, Callable[[], tuple[Solver, ReducedModel | None]]] = {
-        "reduced": lambda: _reduced(tongue, domain_count, train_on, progress),
+        "reduced": lambda: _reduced(tongue, options, progress),
         "full": lambda: (SolverFullSpace(tongue), None),
     }
-    return builders[name]()
+    return builders[options.name]()
 
 
-def reduced_model(
-    tongue: TongueModel, domain_count: int, train_on: tuple[Path, ...] = (), progress: Progress = silent
-) -> ReducedModel:
+def reduced_model(tongue: TongueModel, options: SolverOptions, progress: Progress = silent) -> ReducedModel:
     """The tongue's reduced model, its cubature trained on recordings where there are any."""
-    recordings = [fitted_trajectory(path, tongue) for path in train_on]
-    return build_reduced_model(tongue, ReductionSettings(domain_count=domain_count), recordings, progress)
+    tongue = _of_material(tongue, options.material)
+    recordings = [fitted_trajectory(path, tongue) for path in options.train_on]
+    return build_reduced_model(tongue, ReductionSettings(domain_count=options.domains), recordings, progress)
+
+
+def _of_material(tongue: TongueModel, model: str) -> TongueModel:
+    return replace(tongue, material=replace(tongue.material, model=model))
 
 
 def _reduced(
-    tongue: TongueModel, domain_count: int, train_on: tuple[Path, ...], progress: Progress
+    tongue: TongueModel, options: SolverOptions, progress: Progress
 ) -> tuple[Solver, ReducedModel]:
-    model = reduced_model(tongue, domain_count, train_on, progress)
+    model = reduced_model(tongue, options, progress)
     return SolverReduced(model), model

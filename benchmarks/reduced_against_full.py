@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from lingual.app.simulation import Simulation
+from lingual.app.solver_options import SolverOptions
 from lingual.app.wiring import build_solver, fitted_trajectory
 from lingual.precompute.meshes.library import load_tongue
 
@@ -28,7 +29,7 @@ def main() -> None:
 
     tongue = load_tongue(arguments.mesh)
     trajectory = fitted_trajectory(arguments.recording, tongue).head(arguments.frames)
-    full = _simulate(build_solver("full", tongue, 0)[0], trajectory)
+    full = _simulate(build_solver(SolverOptions("full"), tongue)[0], trajectory)
     full_nodes, full_ms = _frames(full), float(np.median(full.history.scalar("step_ms")))
     surface = tongue.mesh.boundary_nodes
     print(f"{tongue.name}: {tongue.mesh.node_count} nodes, {tongue.mesh.tet_count} tets, {len(full_nodes)} frames")
@@ -36,7 +37,7 @@ def main() -> None:
     print("domains  DOFs  cubature  force error  ms/step  full/reduced  mean mm  max mm")
     rows = []
     for count in arguments.domains:
-        solver, model = build_solver("reduced", tongue, count)
+        solver, model = build_solver(SolverOptions(domains=count), tongue)
         run = _simulate(solver, trajectory)
         distance = 1e3 * np.linalg.norm(_frames(run) - full_nodes, axis=2)[:, surface]
         row = {

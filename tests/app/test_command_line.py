@@ -191,7 +191,7 @@ def test_the_installed_command_exits_with_2_and_prints_no_traceback():
         text=True,
     )
     assert (run.returncode, run.stdout) == (2, "")
-    assert run.stderr == "error: There is no solver 'magic'; choose one of reduced, full.\n"
+    assert run.stderr == "error: There is no solver 'magic'; choose one of reduced, full, modal-warping.\n"
 
 
 def test_the_demonstration_moves_the_shipped_head_in_full_space(lingual):

@@ -7,6 +7,7 @@ import pytest
 
 from lingual.app.report import simulation_report
 from lingual.app.simulation import Simulation
+from lingual.app.solver_options import SolverOptions
 from lingual.app.wiring import build_solver, fitted_trajectory
 from lingual.precompute.meshes.library import load_tongue
 
@@ -25,7 +26,7 @@ def sentence(shared_data, tongue):
 
 @pytest.fixture(scope="module")
 def reduced(tongue):
-    return build_solver("reduced", tongue, 5)[0]
+    return build_solver(SolverOptions(), tongue)[0]
 
 
 def run(solver, trajectory, record_property) -> dict:
