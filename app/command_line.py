@@ -88,7 +88,7 @@ FieldOption = Annotated[
     str,
     typer.Option(
         "--field",
-        help="Scalar to colour the tongue by: displacement, strain energy, det F, or domain weight NAME.",
+        help="Scalar to colour the tongue by: displacement, strain energy, det F, domain, or domain weight NAME.",
     ),
 ]
 CutOption = Annotated[bool, typer.Option("--cut", help="Cut the picture along the midsagittal plane.")]
@@ -181,6 +181,93 @@ def precompute(
         f"(force error {100 * model.cubature_error:.1f} % on held-out poses). Cached in {lingual_cache_dir()}.",
         soft_wrap=True,
     )
+
+
+@app.command()
+def weights(
+    mesh: Annotated[
+        list[str] | None,
+        typer.Option("--mesh", metavar="NAME|PATH", help="Tongue to study (may be repeated); head when left out."),
+    ] = None,
+    domains: DomainsOption = None,
+    shown: Annotated[
+        str,
+        typer.Option(
+            "--show",
+            metavar="raw|blended|diffused",
+            help="Weights in the picture: as in the paper, blended with the ground, or also diffused, as simulated.",
+        ),
+    ] = "raw",
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE.png", help="Write the bends and the weights side by side (.png, .jpg).")
+    ] = None,
+    json: Annotated[Path | None, typer.Option("--json", metavar="FILE", help="Write the figures as JSON.")] = None,
+) -> None:
+    """Compares four kinds of domain weights by what they cost a bend.
+
+    A load-end cantilever with three domains (Luo 2017, Fig. 7) and tongues whose tip is lifted are bent in the
+    subspace of each weighting and in full space, with all elements integrated.
+    """
+    from .weights import study
+
+    study(mesh or ["head"], SolverOptions().given(domains=domains).domains, shown, out, json)
+
+
+@app.command()
+def compare(
+    file: Annotated[
+        Path | None,
+        typer.Argument(metavar="FILE", help="Recording or trajectory; the built-in demonstration when left out."),
+    ] = None,
+    solver: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME[:OPTION=VALUE,...]",
+            help="Solver to compare, two or three times: full, reduced, modal-warping, with any of their options, such "
+            "as reduced:domains=12,material=neo-hookean. full and reduced when left out.",
+        ),
+    ] = None,
+    mesh: MeshOption = None,
+    units: UnitsOption = None,
+    frames: FramesOption = None,
+    out: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Folder for curves (PNG, SVG) and shapes side by side (PNG).")
+    ] = None,
+    json: Annotated[Path | None, typer.Option("--json", metavar="FILE", help="Write every figure as JSON.")] = None,
+) -> None:
+    """Runs two or three solvers on one trajectory and measures how far apart they are.
+
+    Distances are from the full-space surface where there is one, from the first solver's otherwise.
+    """
+    from .compare import CompareRequest
+    from .compare import compare as run
+
+    run(CompareRequest(file, tuple(solver or ["full", "reduced"]), mesh, units, frames, out, json))
+
+
+@app.command()
+def bench(
+    sizes: Annotated[
+        list[str] | None,
+        typer.Option("--size", metavar="small|luo|paper", help="Mesh to measure (may be repeated); all when left out."),
+    ] = None,
+    luo: Annotated[
+        str | None,
+        typer.Option(
+            metavar="PATH",
+            help="Mesh of Luo (2017); ../shared/data/luo_tongue when it is there, else our own head of that size.",
+        ),
+    ] = None,
+    peers: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Figures of other programs, from benchmarks/peers/run.py.")
+    ] = None,
+    json: Annotated[Path | None, typer.Option("--json", metavar="FILE", help="Write the figures as JSON.")] = None,
+) -> None:
+    """Measures every solver on this machine: small, Luo's and the paper's mesh, CPU and CUDA."""
+    from .bench.command import bench as run
+    from .bench.subject import SIZES
+
+    run(sizes or SIZES, luo, peers, json)
 
 
 @app.command()

@@ -45,7 +45,7 @@ def play(run: PlayRequest) -> None:
     settings = _picture_settings(run, windowed)
     check_pictures(settings)
     for path in (out, run.report):
-        _check_writable(path)
+        check_writable(path)
     request = SessionRequest(run.recording, run.mesh, run.solver, run.units, run.frames)
     with stage_bars() as bars:
         session = build_session(request, bars)
@@ -98,7 +98,7 @@ def _parse_size(text: str) -> tuple[int, int]:
     return width, height
 
 
-def _check_writable(path: Path | None) -> None:
+def check_writable(path: Path | None) -> None:
     """Refuses a path whose nearest existing folder cannot be written, before any work is done for it."""
     if path is None:
         return

@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from ..model import Control, RigidPose, State, StateHistory, Trajectory
+from ..model.contact_depth import Penetration, SurfacePenetration
 from ..model.discretisation import Discretisation
+from ..model.signed_distance import SignedDistanceGrid
 from ..solver.protocol import Solver
 
 SMALLEST_SUBSTEP = 1.0 / 8.0
@@ -32,17 +34,21 @@ class FrameDiagnostics:
     inverted_tet_count: float
     strain_energy: float
     sensor_error_mm: float
+    penetration_mm: float
+    contact_count: float
 
 
 @dataclass
 class Simulation:
     """One solver, one trajectory fitted to its tongue's sensors (jaw frame), one history.
 
+    grids: distance to the rigid mouth, in which penetration is measured; none without it.
     `run` may be called in a thread of its own; readers use `history` meanwhile.
     """
 
     solver: Solver
     trajectory: Trajectory
+    grids: tuple[SignedDistanceGrid, ...] = ()
     history: StateHistory = field(init=False)
     unconverged_frames: list[int] = field(default_factory=list)
     newton_iterations: int = 0
@@ -52,6 +58,7 @@ class Simulation:
         frames = self.trajectory.frame_count
         self.history = StateHistory(tongue.mesh.node_count, tongue.sensors.count, min(max(frames, 1), 1024))
         self._discretisation = Discretisation(tongue.mesh, tongue.material)
+        self._surface = SurfacePenetration(tongue, self.grids) if self.grids else None
         self._states = [self.solver.new_state() for _ in range(3)]
         self._states[0].time = float(self.trajectory.time[0]) - self._frame_step(0)
         self._control = Control(tongue.sensor_rest_positions.copy(), self.trajectory.measured)
@@ -145,6 +152,7 @@ class Simulation:
         self._discretisation.set_displacement(nodes - mesh.nodes)
         density, det_f = self._discretisation.elements.energy_density()
         gaps = np.abs(sensor_gap[self.trajectory.measured])
+        touching = self._surface.measure(nodes, self._control.jaw_pose) if self._surface else Penetration(0.0, 0)
         return FrameDiagnostics(
             step_ms=step_ms,
             newton_iterations=self.newton_iterations,
@@ -155,4 +163,6 @@ class Simulation:
             inverted_tet_count=float(np.sum(det_f <= 0.0)),
             strain_energy=float(density @ mesh.volumes),
             sensor_error_mm=1e3 * float(gaps.max(initial=0.0)),
+            penetration_mm=touching.deepest,
+            contact_count=touching.contact_count,
         )

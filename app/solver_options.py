@@ -6,6 +6,8 @@ from pathlib import Path
 from ..model import LingualError
 
 SOLVERS = ("reduced", "full", "modal-warping")
+TOLERANCES = {"float32": 1e-5, "float64": 1e-8}
+"""Relative residual of a reduced step by precision: what each can reach with room to spare."""
 VOLUME_MODES = ("none", "subspace", "full")
 
 
@@ -18,7 +20,7 @@ class SolverOptions:
     parts push the tongue back. modes: of modal warping. train_on: recordings that the cubature and the
     pressure subspace are trained on.
 
-    Raises LingualError for a solver or a volume mode that there is not.
+    Raises LingualError for a name that there is not.
     """
 
     name: str = "reduced"
@@ -27,11 +29,14 @@ class SolverOptions:
     volume: str = "subspace"
     contact: bool = True
     modes: int = 100
+    precision: str = "float32"
     train_on: tuple[Path, ...] = ()
 
     def __post_init__(self) -> None:
         if self.name not in SOLVERS:
             raise LingualError(f"There is no solver '{self.name}'; choose one of {', '.join(SOLVERS)}.")
+        if self.precision not in TOLERANCES:
+            raise LingualError(f"There is no precision '{self.precision}'; choose one of {', '.join(TOLERANCES)}.")
         if self.volume not in VOLUME_MODES:
             raise LingualError(f"There is no volume mode '{self.volume}'; choose one of {', '.join(VOLUME_MODES)}.")
 

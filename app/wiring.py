@@ -5,18 +5,27 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from ..model import LingualError, ReducedModel, TongueModel, Trajectory
+from ..model.contact_scene import ContactScene
+from ..model.volume_pressure import PressureSubspace
+from ..precompute.contact_scene import build_contact_scene
 from ..precompute.meshes.library import load_tongue
+from ..precompute.modes import build_modal_model
+from ..precompute.pressure_subspace import build_pressure_subspace
 from ..precompute.progress import Progress, silent
 from ..precompute.reduction import ReductionSettings, build_reduced_model
+from ..precompute.signed_distance import signed_distance_grids
 from ..solver.full_space import SolverFullSpace
+from ..solver.modal_warping import SolverModalWarping
+from ..solver.nodal_contact import NodalContact
 from ..solver.protocol import Solver
 from ..solver.reduced import SolverReduced
+from ..solver.volume_corrected import SolverVolumeCorrected
 from ..speech.demonstration import demonstration
 from ..speech.fitting import fit_to_sensors
 from ..speech.loading import load_trajectory
 from .session import Session
 from .simulation import Simulation
-from .solver_options import SolverOptions
+from .solver_options import TOLERANCES, SolverOptions
 
 STEP_RATE = 100.0
 """Simulated frames a second [Hz]: the time step of 0.01 s that DESIGN and Luo (2017, section 8) use."""
@@ -48,7 +57,8 @@ def build_session(request: SessionRequest, progress: Progress = silent) -> Sessi
         trajectory = trajectory.head(request.frame_limit)
     solver, reduced = build_solver(request.solver, tongue, progress)
     title = request.recording.name if request.recording else "demonstration"
-    return Session(Simulation(solver, trajectory), title, reduced)
+    grids = signed_distance_grids(tongue, progress=progress)
+    return Session(Simulation(solver, trajectory, grids), title, reduced)
 
 
 def fitted_trajectory(recording: Path | None, tongue: TongueModel) -> Trajectory:
@@ -65,9 +75,11 @@ def build_solver(
     tongue = _of_material(tongue, options.material)
     builders: dict[str, Callable[[], tuple[Solver, ReducedModel | None]]] = {
         "reduced": lambda: _reduced(tongue, options, progress),
-        "full": lambda: (SolverFullSpace(tongue), None),
+        "full": lambda: (_full(tongue, options, progress), None),
+        "modal-warping": lambda: (_modal_warping(tongue, options, progress), None),
     }
-    return builders[options.name]()
+    solver, model = builders[options.name]()
+    return (SolverVolumeCorrected(solver) if options.volume == "full" else solver), model
 
 
 def reduced_model(tongue: TongueModel, options: SolverOptions, progress: Progress = silent) -> ReducedModel:
@@ -81,8 +93,38 @@ def _of_material(tongue: TongueModel, model: str) -> TongueModel:
     return replace(tongue, material=replace(tongue.material, model=model))
 
 
+def pressure_subspace(
+    model: ReducedModel, options: SolverOptions, progress: Progress = silent
+) -> PressureSubspace:
+    """The subspace in which a reduced model's volume is corrected."""
+    return build_pressure_subspace(model, None, _training_motions(model.tongue, options), progress)
+
+
+def contact_scene(model: ReducedModel, options: SolverOptions, progress: Progress = silent) -> ContactScene | None:
+    """What a reduced tongue may touch; None when nothing is in its reach."""
+    return build_contact_scene(model, _training_motions(model.tongue, options), progress)
+
+
+def _training_motions(tongue: TongueModel, options: SolverOptions) -> list[Trajectory]:
+    """The recordings to train on, or the demonstration."""
+    return [fitted_trajectory(path, tongue) for path in options.train_on or (None,)]
+
+
 def _reduced(
     tongue: TongueModel, options: SolverOptions, progress: Progress
 ) -> tuple[Solver, ReducedModel]:
     model = reduced_model(tongue, options, progress)
-    return SolverReduced(model), model
+    contact = contact_scene(model, options, progress) if options.contact else None
+    pressure = pressure_subspace(model, options, progress) if options.volume == "subspace" else None
+    solver = SolverReduced(model, options.precision, TOLERANCES[options.precision], contact, pressure)
+    return solver, model
+
+
+def _full(tongue: TongueModel, options: SolverOptions, progress: Progress) -> Solver:
+    grids = signed_distance_grids(tongue, progress=progress) if options.contact else ()
+    return SolverFullSpace(tongue, terms=(NodalContact(tongue, grids),) if grids else ())
+
+
+def _modal_warping(tongue: TongueModel, options: SolverOptions, progress: Progress) -> Solver:
+    """Nodes in single precision: reading the modes is what a step costs."""
+    return SolverModalWarping(build_modal_model(tongue, options.modes, progress), "float32")

@@ -79,8 +79,11 @@ def _launches(name: str, device: str) -> dict:
     result["displacement gradient, all elements"] = launcher(
         full.displacement_gradient, TETS, [skin, tets, shape_gradients], [zeros(TETS, dtype=p.mat33)]
     )
-    result["scatter force, all elements"] = launcher(
-        full.scatter_force, TETS, [zeros(TETS, dtype=p.mat33), tets, shape_gradients], [zeros(NODES, dtype=p.vec3)]
+    starts = wp.array(np.linspace(0, 4 * TETS, NODES + 1).astype(np.int32), device=device)
+    corners = wp.array(rng.permutation(4 * TETS).astype(np.int32), device=device)
+    stress = zeros(TETS, dtype=p.mat33)
+    result["gather force, all elements"] = launcher(
+        full.gather_force, NODES, [stress, shape_gradients, starts, corners], [zeros(NODES, dtype=p.vec3)]
     )
     return result
 

@@ -19,11 +19,19 @@ import warp as wp
 
 from .materials import material_triple
 from .precision import precision
+from .principal_tangent import principal_tangent_functions
 
 
 @cache
-def elasticity_kernels(model: str, precision_name: str) -> SimpleNamespace:
-    """Kernels `energy`, `stress`, `tangent` and `tangent_product` of one material and precision."""
+def elasticity_functions(model: str, precision_name: str) -> SimpleNamespace:
+    """Warp functions of one element, for kernels that need more than one quantity at a time.
+
+    deformation_gradient(gradient) -> F = I + gradient^T.
+    energy_density(F, material) -> Psi [Pa].
+    incremental_energy(F, F0, material, viscosity, damping_over_step) -> W [Pa].
+    first_piola(F, F0, material, viscosity, damping_over_step) -> dW/dF [Pa].
+    viscous_product(F0, dF, viscosity) -> the viscous Hessian applied to dF, for damping_over_step = 1 [Pa].
+    """
     p = precision(precision_name)
     triple = material_triple(model, precision_name)
     scalar, mat33, parameters = p.scalar, p.mat33, p.parameters
@@ -33,9 +41,50 @@ def elasticity_kernels(model: str, precision_name: str) -> SimpleNamespace:
         return wp.identity(n=3, dtype=scalar) + wp.transpose(gradient)
 
     @wp.func
-    def viscous_product(F0: mat33, dF: mat33, q: parameters):
+    def viscous_product(F0: mat33, dF: mat33, viscosity: parameters):
         rate = scalar(0.5) * (wp.transpose(dF) * F0 + wp.transpose(F0) * dF)
-        return F0 * (scalar(2.0) * q[0] * rate + q[1] * wp.trace(rate) * wp.identity(n=3, dtype=scalar))
+        spherical = viscosity[1] * wp.trace(rate) * wp.identity(n=3, dtype=scalar)
+        return F0 * (scalar(2.0) * viscosity[0] * rate + spherical)
+
+    @wp.func
+    def energy_density(F: mat33, material: parameters):
+        return triple.energy(F, material)
+
+    @wp.func
+    def incremental_energy(
+        F: mat33, F0: mat33, material: parameters, viscosity: parameters, damping_over_step: scalar
+    ):
+        change = F - F0
+        viscous = scalar(0.5) * damping_over_step * wp.ddot(change, viscous_product(F0, change, viscosity))
+        return triple.energy(F, material) + viscous
+
+    @wp.func
+    def first_piola(F: mat33, F0: mat33, material: parameters, viscosity: parameters, damping_over_step: scalar):
+        return triple.gradient(F, material) + damping_over_step * viscous_product(F0, F - F0, viscosity)
+
+    return SimpleNamespace(
+        deformation_gradient=deformation_gradient,
+        viscous_product=viscous_product,
+        energy_density=energy_density,
+        incremental_energy=incremental_energy,
+        first_piola=first_piola,
+    )
+
+
+@cache
+def elasticity_kernels(model: str, precision_name: str) -> SimpleNamespace:
+    """Kernels of one material and precision: `energy`, `stress`, `tangent`, `definite_tangent`, `tangent_product`.
+
+    `definite_tangent` is `tangent` with every element's elastic part projected onto the semidefinite ones; the
+    viscous part is semidefinite as it is.
+    """
+    p = precision(precision_name)
+    triple = material_triple(model, precision_name)
+    principal = principal_tangent_functions(model, precision_name)
+    functions = elasticity_functions(model, precision_name)
+    scalar, mat33, parameters = p.scalar, p.mat33, p.parameters
+    deformation_gradient, first_piola = functions.deformation_gradient, functions.first_piola
+    energy_density, viscous_product = functions.energy_density, functions.viscous_product
 
     @wp.kernel(module="unique")
     def energy(
@@ -47,7 +96,7 @@ def elasticity_kernels(model: str, precision_name: str) -> SimpleNamespace:
         """One thread writes one element's strain energy density [Pa] and det F."""
         e = wp.tid()
         F = deformation_gradient(gradient[e])
-        density_out[e] = triple.energy(F, material)
+        density_out[e] = energy_density(F, material)
         det_f_out[e] = wp.determinant(F)
 
     @wp.kernel(module="unique")
@@ -64,7 +113,7 @@ def elasticity_kernels(model: str, precision_name: str) -> SimpleNamespace:
         e = wp.tid()
         F = deformation_gradient(gradient[e])
         F0 = deformation_gradient(gradient_start[e])
-        P = triple.gradient(F, material) + damping_over_step * viscous_product(F0, F - F0, viscosity)
+        P = first_piola(F, F0, material, viscosity, damping_over_step)
         stress_out[e] = weight[e] * wp.transpose(P)
 
     @wp.kernel(module="unique")
@@ -90,6 +139,39 @@ def elasticity_kernels(model: str, precision_name: str) -> SimpleNamespace:
                     for j in range(3):
                         tangent_out[e, i, m][j, n] = weight[e] * dP[i, j]
 
+    def tangent_in_the_principal_frame(moduli: wp.Function) -> wp.Kernel:
+        @wp.kernel(module="unique")
+        def principal_tangent(
+            gradient: wp.array(dtype=mat33),
+            gradient_start: wp.array(dtype=mat33),
+            weight: wp.array(dtype=scalar),
+            material: parameters,
+            viscosity: parameters,
+            damping_over_step: scalar,
+            tangent_out: wp.array(dtype=mat33, ndim=3),
+        ):
+            """One thread writes one element's weighted tangent by way of its principal moduli."""
+            e = wp.tid()
+            F = deformation_gradient(gradient[e])
+            F0 = deformation_gradient(gradient_start[e])
+            U, V, stretch, flip, twist, used = moduli(F, material)
+            column = int(0)
+            while column < 9:  # not unrolled: nine copies of the law's Hessian run slower than one
+                m, n = column // 3, column % 3
+                dF = mat33()
+                dF[m, n] = scalar(1.0)
+                dP = damping_over_step * viscous_product(F0, dF, viscosity)
+                if used:
+                    dP += principal.principal_column(U, V, stretch, flip, twist, m, n)
+                else:
+                    dP += triple.hessian(F, dF, material)
+                for i in range(3):
+                    for j in range(3):
+                        tangent_out[e, i, m][j, n] = weight[e] * dP[i, j]
+                column += 1
+
+        return principal_tangent
+
     @wp.kernel(module="unique")
     def tangent_product(
         tangent: wp.array(dtype=mat33, ndim=3),
@@ -107,4 +189,10 @@ def elasticity_kernels(model: str, precision_name: str) -> SimpleNamespace:
                 product[j, i] = column[j]
         product_out[e] = product
 
-    return SimpleNamespace(energy=energy, stress=stress, tangent=tangent, tangent_product=tangent_product)
+    return SimpleNamespace(
+        energy=energy,
+        stress=stress,
+        tangent=tangent_in_the_principal_frame(principal.exact_moduli) if triple.principal else tangent,
+        definite_tangent=tangent_in_the_principal_frame(principal.definite_moduli),
+        tangent_product=tangent_product,
+    )

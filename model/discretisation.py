@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from ..kernels.elasticity import elasticity_kernels
 from ..kernels.full_space import full_space_kernels
-from ..kernels.materials import pack_parameters
 from ..kernels.precision import precision
 from .material import Material
 from .tet_mesh import TetMesh
@@ -33,10 +32,8 @@ class ElementForces:
         self.device = device
         self.precision = precision(precision_name)
         self._kernels = elasticity_kernels(material.model, precision_name)
-        elastic = pack_parameters(material.model, material.lame_mu, material.lame_lambda)
-        viscous = [material.lame_mu, material.lame_lambda, *([0.0] * (len(elastic) - 2))]
-        self._material = self.precision.parameters(*elastic)
-        self._viscosity = self.precision.parameters(*viscous)
+        self._material = self.precision.parameters(*material.elastic_parameters)
+        self._viscosity = self.precision.parameters(*material.viscous_parameters)
         self._damping = material.damping_stiffness
         self.weights: wp.array = wp.array(weights, dtype=self.precision.scalar, device=device)
         self.gradient = self._elements(self.precision.mat33)
@@ -77,6 +74,10 @@ class ElementForces:
         return self._recorded(self._kernels.tangent, self._material_inputs, self.tangent)
 
     @cached_property
+    def _definite_tangent_launch(self) -> wp.Launch:
+        return self._recorded(self._kernels.definite_tangent, self._material_inputs, self.tangent)
+
+    @cached_property
     def _product_launch(self) -> wp.Launch:
         inputs: list[object] = [self.tangent, self.direction]
         return self._recorded(self._kernels.tangent_product, inputs, self.direction_stress)
@@ -89,9 +90,12 @@ class ElementForces:
         """Fills `stress` from `gradient`; with the damping of a step of `step` seconds when given."""
         self._launch_damped(self._stress_launch, step)
 
-    def evaluate_tangent(self, step: float | None = None) -> None:
-        """Fills `tangent` from `gradient`; with the damping of a step of `step` seconds when given."""
-        self._launch_damped(self._tangent_launch, step)
+    def evaluate_tangent(self, step: float | None = None, definite: bool = False) -> None:
+        """Fills `tangent` from `gradient`; with the damping of a step of `step` seconds when given.
+
+        definite: with the negative eigenvalues of every element's elastic tangent set to zero.
+        """
+        self._launch_damped(self._definite_tangent_launch if definite else self._tangent_launch, step)
 
     @cached_property
     def direction(self) -> wp.array:
@@ -155,47 +159,65 @@ class Discretisation:
     def internal_force(self, step: float | None = None) -> NDArray[np.floating]:
         """Gradient of the energy with respect to the nodes [N], (node_count, 3), at the set displacement."""
         self.elements.evaluate_stress(step)
-        self._force.zero_()
         wp.launch(
-            self._kernels.scatter_force,
-            self.mesh.tet_count,
-            [self.elements.stress, self._tets, self._shape_gradients],
+            self._kernels.gather_force,
+            self.mesh.node_count,
+            [self.elements.stress, self._shape_gradients, *self._corners],
             [self._force],
             device=self.device,
         )
         return self._force.numpy()
 
     @cached_property
-    def _pattern(self) -> "_BlockPattern":
-        return _BlockPattern(self.mesh, self.free_nodes)
+    def pattern(self) -> "BlockPattern":
+        """Where the stiffness has blocks."""
+        return BlockPattern(self.mesh, self.free_nodes)
 
     @cached_property
-    def _blocks(self) -> tuple[wp.array, wp.array]:
-        blocks = wp.zeros(len(self._pattern.columns), dtype=self.elements.precision.mat33, device=self.device)
-        pairs: wp.array = wp.array(self._pattern.block_of_pair, dtype=wp.int32, device=self.device)
-        return blocks, pairs
+    def _corners(self) -> list[wp.array]:
+        return self._lists(self.mesh.tets.ravel(), self.mesh.node_count)
 
-    def stiffness(self, step: float | None = None) -> sp.bsr_array:
-        """Hessian of the energy [N/m] between the free nodes, (3 free, 3 free), at the set displacement.
+    @cached_property
+    def _pairs(self) -> list[wp.array]:
+        return self._lists(self.pattern.block_of_pair.ravel(), len(self.pattern.columns))
+
+    def _lists(self, owner: NDArray[np.integer], count: int) -> list[wp.array]:
+        """For each of `count` owners where its list starts, and the lists of indices into `owner`; -1 owns nothing."""
+        members = np.argsort(owner, kind="stable")[np.sum(owner < 0) :]
+        starts = np.concatenate([[0], np.cumsum(np.bincount(owner[owner >= 0], minlength=count))])
+        return [wp.array(a.astype(np.int32), dtype=wp.int32, device=self.device) for a in (starts, members)]
+
+    @cached_property
+    def blocks(self) -> wp.array:
+        """3x3 blocks of the stiffness evaluated last, in the order of `pattern`."""
+        return wp.zeros(len(self.pattern.columns), dtype=self.elements.precision.mat33, device=self.device)
+
+    def evaluate_stiffness(self, step: float | None = None, definite: bool = False) -> None:
+        """Fills `blocks` with the Hessian of the energy between the free nodes [N/m], at the set displacement.
+
+        definite: of each element's nearest positive-semidefinite one.
+        """
+        self.elements.evaluate_tangent(step, definite)
+        wp.launch(
+            self._kernels.gather_stiffness,
+            len(self.blocks),
+            [self.elements.tangent, self._shape_gradients, *self._pairs],
+            [self.blocks],
+            device=self.device,
+        )
+
+    def stiffness(self, step: float | None = None, definite: bool = False) -> sp.bsr_array:
+        """`evaluate_stiffness` as a matrix (3 free, 3 free).
 
         The values are a view that the next call overwrites.
         """
-        self.elements.evaluate_tangent(step)
-        blocks, pairs = self._blocks
-        blocks.zero_()
-        wp.launch(
-            self._kernels.scatter_stiffness,
-            self.mesh.tet_count,
-            [self.elements.tangent, self._shape_gradients, pairs],
-            [blocks],
-            device=self.device,
-        )
+        self.evaluate_stiffness(step, definite)
         size = 3 * len(self.free_nodes)
-        pattern = (blocks.numpy(), self._pattern.columns, self._pattern.row_starts)
+        pattern = (self.blocks.numpy(), self.pattern.columns, self.pattern.row_starts)
         return sp.bsr_array(pattern, shape=(size, size))
 
 
-class _BlockPattern:
+class BlockPattern:
     """Sparsity of node pairs that share an element, in block compressed rows of the free nodes.
 
     columns (block_count,), row_starts (free + 1,): the pattern. block_of_pair (tet_count, 4, 4): the

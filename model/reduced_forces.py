@@ -30,6 +30,7 @@ class ReducedForces:
         self._kernels = reduced_kernels(precision_name)
         rows, columns = gradient_operator.shape
         self.column_count = columns
+        self.dtype = p.numpy
         self._operator: wp.array = wp.array(gradient_operator, dtype=p.scalar, device="cpu")
         # Zero-copy NumPy views of the Warp arrays.
         self._H = self._operator.numpy()

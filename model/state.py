@@ -13,7 +13,7 @@ class State:
     position: node positions [m], (node_count,) of vec3. Every solver fills it.
     velocity: node velocities [m/s], (node_count,) of vec3.
     coordinates: reduced coordinates of the displacement, (column_count, 3); empty for a solver that
-        has none. Displacement of the nodes = B @ coordinates.
+        has none. Displacement of the nodes = B @ coordinates. Modal warping has (mode_count, 1, 1) scalars.
     coordinate_velocity: their rate [1/s], (column_count, 3).
     sensor_force: force that holds each sensor on its target [N], (sensor_count,) of vec3.
     """

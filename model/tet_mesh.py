@@ -79,6 +79,14 @@ class TetMesh:
         """Sorted indices of the nodes on the surface."""
         return np.unique(self.boundary_triangles).astype(np.int64)
 
+    @cached_property
+    def boundary_areas(self) -> NDArray[np.float64]:
+        """Area lumped to each node, a third of every adjacent boundary triangle [m^2], (node_count,)."""
+        triangles = self.boundary_triangles
+        a, b, c = (self.nodes[triangles[:, i]] for i in range(3))
+        third = np.repeat(np.linalg.norm(np.cross(b - a, c - a), axis=1) / 6.0, 3)
+        return np.bincount(triangles.ravel(), weights=third, minlength=self.node_count).astype(np.float64)
+
 
 def signed_volumes(nodes: NDArray[np.float64], tets: NDArray[np.integer]) -> NDArray[np.float64]:
     """Signed volume of each tetrahedron, (tet_count,), in the cube of the nodes' unit."""

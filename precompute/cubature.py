@@ -4,6 +4,10 @@ Given poses Q_t, the reduced internal force is f_t = sum_e V_e g_e(Q_t). A few e
 w >= 0 are sought such that sum_S w_e g_e(Q_t) = f_t for all t, each pose scaled by 1/|f_t|. Greedily, the
 candidates whose contribution points best along the residual join S, a few at a time, then the weights
 of S are solved again and elements whose weight comes out negative leave (they may join again).
+
+With many domains a pose has more equations than are needed to tell a few thousand weights apart. Beyond
+TRAINING_ROWS in all, each pose's force is projected on random orthonormal directions of its columns, which keep
+lengths in the mean (Johnson and Lindenstrauss 1984), so that time and memory do not grow with the domains.
 """
 
 import numpy as np
@@ -21,8 +25,10 @@ NEGLIGIBLE = 1e-6
 """Share of the greatest importance below which an element is not a candidate."""
 IMPORTANCE_FLOOR = 0.2
 """Share of the mean importance given to every element, so that none is excluded."""
+TRAINING_ROWS = 18_000
+"""Equations at most, of all poses together: those of 120 poses and five domains."""
 BATCH = 10
-"""Elements that join between two solutions of the weights."""
+"""Elements that join between two solutions of the weights, or a hundredth of all that may."""
 ROUNDS_PER_BATCH = 3
 """Rounds allowed for each batch: an element whose weight falls to zero leaves and may be replaced."""
 GRAM_SHIFT = 1e-5
@@ -43,7 +49,7 @@ def select_cubature(
     """
     tongue = model.tongue
     candidates = _draw_candidates(tongue, model, poses, rng)
-    columns, target = _training_system(model, poses, candidates, progress)
+    columns, target = _training_system(model, poses, candidates, rng, progress)
     chosen, weights = _greedy_nnls(columns, target, element_count, tolerance, progress)
     return candidates[chosen], weights
 
@@ -74,26 +80,35 @@ def _draw_candidates(
 
 
 def _training_system(
-    model: ReducedModel, poses: NDArray[np.float64], candidates: NDArray[np.int64], progress: Progress
+    model: ReducedModel,
+    poses: NDArray[np.float64],
+    candidates: NDArray[np.int64],
+    rng: np.random.Generator,
+    progress: Progress,
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Per-unit-volume force of each candidate (rows: pose, column, component) and the exact force."""
+    """Per-unit-volume force of each candidate (rows: pose, column or direction, component) and the exact force."""
     tongue, columns = model.tongue, model.column_count
+    kept = min(columns, max(1, TRAINING_ROWS // (3 * len(poses))))
     everything = _all_element_forces(tongue, model.basis)
     operator = gradient_operator(tongue, model.basis, candidates)
     unit = ReducedForces(tongue.material, operator, np.ones(len(candidates)))
-    stacked = operator.reshape(len(candidates), 3, columns)
-    system = np.empty((len(poses), 3 * columns, len(candidates)), dtype=np.float32)
-    target = np.empty((len(poses), 3 * columns), dtype=np.float32)
+    system = np.empty((len(poses), 3 * kept, len(candidates)), dtype=np.float32)
+    target = np.empty((len(poses), 3 * kept), dtype=np.float32)
+    directions = np.eye(columns)
     for t, pose in enumerate(poses):
         progress("cubature training forces", t / len(poses))
         everything.set_coordinates(pose)
-        exact = everything.force().ravel()
-        scale = 1.0 / np.linalg.norm(exact)
+        exact = everything.force()
+        scale = np.sqrt(columns / kept) / np.linalg.norm(exact)
+        if kept < columns:
+            directions = np.linalg.qr(rng.standard_normal((columns, kept)))[0]
+        projected = operator if kept == columns else operator @ directions
+        stacked = projected.reshape(len(candidates), 3, kept)
         unit.set_coordinates(pose)
         unit.elements.evaluate_stress()
         stress = unit.elements.stress.numpy()
         system[t] = scale * np.matmul(stacked.transpose(0, 2, 1), stress).reshape(len(candidates), -1).T
-        target[t] = scale * exact
+        target[t] = scale * (directions.T @ exact).ravel()
     progress("cubature training forces", 1.0)
     return system.reshape(-1, len(candidates)), target.ravel()
 
@@ -112,13 +127,14 @@ def _greedy_nnls(
     weights = np.zeros(0)
     normal = _NormalEquations(columns / length, scaled_target)
     residual = scaled_target
-    for _ in range(ROUNDS_PER_BATCH * element_count // BATCH):
+    batch = max(BATCH, element_count // 100)
+    for _ in range(ROUNDS_PER_BATCH * element_count // batch):
         progress("cubature elements", len(chosen) / element_count)
         if len(chosen) == element_count or np.linalg.norm(residual) < tolerance:
             break
         alignment = residual @ normal.columns
         alignment[chosen] = -np.inf
-        joining = np.argsort(alignment)[::-1][: min(BATCH, element_count - len(chosen))]
+        joining = np.argsort(alignment)[::-1][: min(batch, element_count - len(chosen))]
         chosen = np.concatenate([chosen, joining[alignment[joining] > 0.0]])
         chosen, weights = normal.positive_solution(chosen)
         residual = scaled_target - normal.columns[:, chosen] @ weights.astype(np.float32)

@@ -5,6 +5,8 @@ imposed on a static equilibrium in the subspace, over a coarse set of elements, 
 to know where cubature must be accurate.
 """
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -59,20 +61,31 @@ def equilibrium_poses(
     displacements: (n, sensor_count, 3) [m]. A target that has no equilibrium (the coarse elements
     collapse) is left out, so pose_count may be less than n.
     """
+    equilibrium = coarse_equilibrium(model, rng)
+    poses = []
+    for n, displacement in enumerate(displacements):
+        progress("training poses", n / len(displacements))
+        pose = equilibrium(displacement)
+        if pose is not None and pose.any():  # the pose at rest has no force to be approximated
+            poses.append(pose)
+    progress("training poses", 1.0)
+    return np.array(poses)
+
+
+def coarse_equilibrium(
+    model: ReducedModel, rng: np.random.Generator
+) -> Callable[[NDArray[np.float64]], NDArray[np.float64] | None]:
+    """Function from sensor displacements (sensor_count, 3) [m] to reduced coordinates (columns, 3), or None.
+
+    The equilibrium over COARSE_ELEMENTS random elements; None where there is none.
+    """
     mesh = model.tongue.mesh
     count = min(COARSE_ELEMENTS, mesh.tet_count)
     chosen = rng.choice(mesh.tet_count, count, replace=False, p=mesh.volumes / mesh.volume)
     weights = np.full(count, mesh.volume / count)
     forces = ReducedForces(model.tongue.material, gradient_operator(model.tongue, model.basis, chosen), weights)
     rows = np.kron(model.sensor_rows, np.eye(3))
-    poses = []
-    for n, displacement in enumerate(displacements):
-        progress("training poses", n / len(displacements))
-        pose = _equilibrium(forces, rows, displacement.ravel())
-        if pose is not None:
-            poses.append(pose)
-    progress("training poses", 1.0)
-    return np.array(poses)
+    return lambda displacement: _equilibrium(forces, rows, displacement.ravel())
 
 
 def _equilibrium(
@@ -88,7 +101,7 @@ def _equilibrium(
         coordinates = coordinates + step.reshape(-1, 3)
         if not np.isfinite(coordinates).all():
             return None
-        if np.linalg.norm(step) < EQUILIBRIUM_TOLERANCE * np.linalg.norm(coordinates):
+        if np.linalg.norm(step) <= EQUILIBRIUM_TOLERANCE * np.linalg.norm(coordinates):
             forces.set_coordinates(coordinates)
             return coordinates if forces.elements.energy_density()[1].min() > 0.0 else None
     return None

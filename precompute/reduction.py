@@ -14,7 +14,7 @@ from .poses import equilibrium_poses, recorded_displacements, sampled_displaceme
 from .progress import Progress, silent
 from .seeds import FOOTPRINT_RADIUS, choose_seeds
 
-ALGORITHM_VERSION = 7
+ALGORITHM_VERSION = 8
 """Part of the cache key: raise it when any step below changes its result."""
 
 
@@ -22,24 +22,49 @@ ALGORITHM_VERSION = 7
 class ReductionSettings:
     """What the user may choose.
 
-    domain_count: quadratic domains (sensors, mass centre, then farthest points).
-    footprint_radius, diffusion_length: size of a seed and smoothing of the domain weights [m].
-    cubature_per_domain: elements at most, for each domain.
+    domain_count: quadratic domains (sensors, mass centre, then farthest points), 4 to 40 or so.
+    footprint_radius: size of a domain's seed [m].
+    weighting: how domain weights are found, one of domain_weights.WEIGHTINGS. ground_blending: whether the
+        ground counts as a domain; diffusion_length: over which the weights are smoothed [m]. The paper's raw
+        weights are "principal" without blending and with a length of 0.
+    cubature_per_domain: elements at most, for each of five domains; `cubature_limit` says for how many in all.
     cubature_tolerance: relative training error that is good enough
         (held-out poses come out a little worse; the default keeps them within 5 %).
-    pose_count: training poses. seed: of the random sampling; the same seed gives the same model.
+    pose_count: training poses up to five domains, fewer with more (`training_poses`). seed: of the random
+        sampling; the same seed gives the same model.
     """
 
     domain_count: int = 5
     footprint_radius: float = FOOTPRINT_RADIUS
+    weighting: str = "principal"
+    ground_blending: bool = True
     diffusion_length: float = DIFFUSION_LENGTH
     cubature_per_domain: int = 200
     cubature_tolerance: float = 0.033
     pose_count: int = 120
     seed: int = 2017
 
+    @property
+    def cubature_limit(self) -> int:
+        """Elements at most: with the number of domains up to five, with its root beyond.
+
+        Neighbouring domains see the same elements, so the number needed grows more slowly than theirs.
+        """
+        return round(self.cubature_per_domain * self.domain_count * self._fading)
+
+    @property
+    def training_poses(self) -> int:
+        """Poses to train on: a pose of more domains is slower to find and says more."""
+        return round(self.pose_count * self._fading)
+
+    @property
+    def _fading(self) -> float:
+        return min(1.0, (FEW_DOMAINS / self.domain_count) ** 0.5)
+
 
 HELD_OUT_POSES = 40
+FEW_DOMAINS = 5
+"""Up to so many, training poses and cubature elements are as many as the settings say."""
 
 
 def build_reduced_model(
@@ -75,7 +100,9 @@ def all_element_model(tongue: TongueModel, domain_count: int = 5, progress: Prog
 
 def _exact_model(tongue: TongueModel, settings: ReductionSettings, progress: Progress) -> ReducedModel:
     seeds = choose_seeds(tongue, settings.domain_count, settings.footprint_radius)
-    weights = domain_weights(tongue, seeds, settings.diffusion_length, progress)
+    weights = domain_weights(
+        tongue, seeds, settings.weighting, settings.ground_blending, settings.diffusion_length, progress
+    )
     return ReducedModel(
         tongue=tongue,
         domain_names=tuple(s.name for s in seeds),
@@ -96,8 +123,8 @@ def _reduce(
     rest = tongue.sensor_rest_positions
     recorded = np.zeros((0, *rest.shape))
     if recordings:
-        recorded = recorded_displacements(recordings, rest, settings.pose_count // 2)
-    sampled = sampled_displacements(rest, settings.pose_count + HELD_OUT_POSES - len(recorded), rng)
+        recorded = recorded_displacements(recordings, rest, settings.training_poses // 2)
+    sampled = sampled_displacements(rest, settings.training_poses + HELD_OUT_POSES - len(recorded), rng)
     poses = equilibrium_poses(exact, np.concatenate([recorded, sampled]), rng, progress)
     if len(poses) < 2 * HELD_OUT_POSES:
         raise LingualError(
@@ -110,7 +137,7 @@ def _reduce(
     elements, weights = select_cubature(
         exact,
         training,
-        settings.cubature_per_domain * settings.domain_count,
+        settings.cubature_limit,
         settings.cubature_tolerance,
         rng,
         progress,

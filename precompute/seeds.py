@@ -1,4 +1,7 @@
-"""Where the quadratic domains sit: at the sensors, at the mass centre, then as far apart as possible."""
+"""Where the quadratic domains sit: at the sensors, at the mass centre, then as far apart as possible.
+
+Luo (2017, section 7) has five. With as many domains as sensors the mass centre is left out.
+"""
 
 from dataclasses import dataclass
 
@@ -12,6 +15,7 @@ FOOTPRINT_RADIUS = 2.0e-3
 """Radius [m] of the nodes that act as one seed: a coil's footprint, 3 to 4 mm across."""
 
 MINIMUM_FOOTPRINT = 4
+"""Nodes of a footprint at least, on meshes too coarse for its radius."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,12 +32,13 @@ def choose_seeds(
 ) -> list[Seed]:
     """Seeds at the sensors and the mass centre (Luo 2017, section 7), the rest by farthest points.
 
-    Raises LingualError for fewer domains than sensors plus one, or more than the mesh has room for.
+    footprint_radius: [m]; 0 for the nearest node alone, as in the paper.
+
+    Raises LingualError for fewer domains than sensors, or more than the mesh has room for.
     """
-    minimum = tongue.sensors.count + 1
-    if domain_count < minimum:
+    if domain_count < tongue.sensors.count:
         raise LingualError(
-            f"{domain_count} domains are too few: the sensors and the mass centre need {minimum}; ask for more."
+            f"{domain_count} domains are too few: the sensors need {tongue.sensors.count}; ask for more."
         )
     nodes = tongue.mesh.nodes
     tree = cKDTree(nodes)
@@ -56,7 +61,7 @@ def choose_seeds(
 
 def _footprint(tree: cKDTree, point: NDArray[np.float64], radius: float) -> NDArray[np.int64]:
     inside = tree.query_ball_point(point, radius)
-    nearest = tree.query(point, k=MINIMUM_FOOTPRINT)[1]
+    nearest = tree.query(point, k=MINIMUM_FOOTPRINT if radius > 0.0 else 1)[1]
     return np.union1d(inside, nearest).astype(np.int64)
 
 

@@ -78,14 +78,14 @@ def closed_surface(
 
     Raises LingualError, naming the surface, when it is empty, not finite, open or without volume.
     """
-    points, faces = _merged(np.asarray(vertices, dtype=np.float64), np.asarray(triangles))
+    points, faces = merged(np.asarray(vertices, dtype=np.float64), np.asarray(triangles))
     if len(faces) < 4:
         raise LingualError(
             f"The {name} has no closed triangle surface to fill: give it at least 4 triangles."
         )
     if not np.isfinite(points).all():
         raise LingualError(f"The {name} has a vertex whose coordinates are not finite: repair it.")
-    open_count = len(_edge_use(faces)[1])
+    open_count = len(edge_use(faces)[1])
     if open_count:
         raise LingualError(
             f"The {name} is not closed: {open_count} of its edges have a triangle on one side only; "
@@ -139,7 +139,7 @@ def _next_length(tried: list[tuple[float, int]], node_count: int) -> float:
     return float(np.exp(log_length + np.clip((np.log(node_count) - np.log(count)) / slope, -1.0, 1.0)))
 
 
-def _merged(
+def merged(
     points: NDArray[np.float64], faces: NDArray[np.integer]
 ) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
     """Vertices closer than 1e-6 of the size become one (STL repeats them); degenerate triangles go."""
@@ -153,7 +153,7 @@ def _merged(
     return points[first[used]], faces.reshape(-1, 3).astype(np.int32)
 
 
-def _edge_use(faces: NDArray[np.int32]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def edge_use(faces: NDArray[np.int32]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """For every edge joining two triangles those two, (k, 2); and the edges of an odd number, (open, 2)."""
     edges = np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
     unique, inverse, count = np.unique(edges, axis=0, return_inverse=True, return_counts=True)
@@ -165,11 +165,11 @@ def _edge_use(faces: NDArray[np.int32]) -> tuple[NDArray[np.int64], NDArray[np.i
 
 def _outward(points: NDArray[np.float64], faces: NDArray[np.int32]) -> NDArray[np.int32]:
     """Makes neighbouring triangles agree, then turns each connected piece so that its volume is positive."""
-    joined, _ = _edge_use(faces)
+    joined, _ = edge_use(faces)
     directed = np.unique(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=0)
     faces = faces.copy()
     if len(directed) < 3 * len(faces):
-        faces = _agreeing(faces, joined)
+        faces = agreeing_triangles(faces, joined)
     graph = sp.csr_array((np.ones(len(joined)), joined.T), shape=(len(faces), len(faces)))
     piece_count, piece = connected_components(graph, directed=False)
     for p in range(piece_count):
@@ -179,7 +179,7 @@ def _outward(points: NDArray[np.float64], faces: NDArray[np.int32]) -> NDArray[n
     return faces
 
 
-def _agreeing(faces: NDArray[np.int32], joined: NDArray[np.int64]) -> NDArray[np.int32]:
+def agreeing_triangles(faces: NDArray[np.int32], joined: NDArray[np.int64]) -> NDArray[np.int32]:
     """Flips triangles, walking over shared edges, until the two at each edge run it in opposite senses."""
     graph = sp.csr_array((np.ones(len(joined)), joined.T), shape=(len(faces), len(faces)))
     _, piece = connected_components(graph, directed=False)

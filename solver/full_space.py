@@ -6,29 +6,50 @@ import warp as wp
 from numpy.typing import NDArray
 
 from ..model import Control, State, TongueModel
-from ..model.discretisation import Discretisation
-from ..model.sparse_factor import factorise
+from ..model.multifrontal import MultifrontalCholesky
 from . import newton
-from .constraints import SensorConstraints
-from .projected_cg import LaggedPreconditioner, projected_cg
+from .full_space_device import DeviceStep
+from .full_space_step import FullSpaceStep
+from .lbfgs import LaggedBfgs
+from .nodal_terms import NodalTerm
+from .projected_cg import LaggedPreconditioner, Solve, projected_cg
 from .protocol import StepReport
 
 
 class SolverFullSpace:
-    """Sparse Newton on 3 unknowns a free node, sensors by Lagrange multipliers.
+    """Implicit steps on 3 unknowns a free node, sensors by Lagrange multipliers.
 
     tongue: what is simulated. tolerance: relative residual in the mass norm, as for the reduced solver.
-    The linear systems are solved by conjugate gradients in the constraints' null space, preconditioned
-    by a factor of an earlier tangent, renewed when it has aged.
+    terms: further forces on nodes, contact for one. device: of the states.
+    method: "factor", on the CPU: limited-memory BFGS with a single-precision factor of an earlier tangent; a step that
+    this does not solve, by Newton's method. "conjugate-gradients", on any device: Newton's method with conjugate
+    gradients. By default the one that suits the device.
     """
 
     name = "full"
+    volume_mode = "none"
 
-    def __init__(self, tongue: TongueModel, tolerance: float = newton.TOLERANCE) -> None:
+    def __init__(
+        self,
+        tongue: TongueModel,
+        tolerance: float = newton.TOLERANCE,
+        terms: tuple[NodalTerm, ...] = (),
+        device: str = "cpu",
+        method: str | None = None,
+    ) -> None:
         self.tongue = tongue
+        self._terms = terms
         self.report = StepReport()
         self.tolerance = tolerance
-        self._problem = _FullStep(tongue)
+        self.device = device
+        if method is None:
+            method = "factor" if device == "cpu" else "conjugate-gradients"
+        self._bfgs = LaggedBfgs() if method == "factor" else None
+        self._problem = _FactoredStep(tongue, terms) if method == "factor" else DeviceStep(tongue, terms, device)
+
+    @property
+    def contact_point_count(self) -> int:
+        return sum(len(term.nodes) for term in self._terms)
 
     @property
     def dof_count(self) -> int:
@@ -36,11 +57,11 @@ class SolverFullSpace:
 
     def new_state(self) -> State:
         def zeros(count: int) -> wp.array:
-            return wp.zeros(count, dtype=wp.vec3d, device="cpu")
+            return wp.zeros(count, dtype=wp.vec3d, device=self.device)
 
         return State(
             time=0.0,
-            position=wp.array(self.tongue.mesh.nodes, dtype=wp.vec3d, device="cpu"),
+            position=wp.array(self.tongue.mesh.nodes, dtype=wp.vec3d, device=self.device),
             velocity=zeros(self.tongue.mesh.node_count),
             coordinates=zeros(0),
             coordinate_velocity=zeros(0),
@@ -52,64 +73,75 @@ class SolverFullSpace:
         start = (state_in.position.numpy() - rest)[free]
         velocity = state_in.velocity.numpy()[free]
         self._problem.begin(start, velocity, control, dt)
-        x, multipliers = newton.solve_step(self._problem, start.ravel().copy(), self.report, self.tolerance)
+        x, multipliers = self._solve(start.ravel(), velocity.ravel() * dt)
         displacement = x.reshape(-1, 3)
-        position = state_out.position.numpy()
-        position[:] = rest
-        position[free] += displacement
-        state_out.velocity.numpy()[free] = (displacement - start) / dt
-        state_out.sensor_force.numpy()[:] = self._problem.constraints.forces(multipliers)
+        nodal = np.zeros_like(rest)
+        nodal[free] = displacement
+        state_out.position.assign(rest + nodal)
+        nodal[free] = (displacement - start) / dt
+        state_out.velocity.assign(nodal)
+        state_out.sensor_force.assign(self._problem.constraints.forces(multipliers))
         state_out.time = state_in.time + dt
 
+    def _solve(self, start: NDArray, advance: NDArray) -> tuple[NDArray, NDArray]:
+        """Displacement at the end of the step and multipliers; `advance` is how far the velocity carries."""
+        if self._bfgs is not None:
+            assert isinstance(self._problem, _FactoredStep)
+            try:
+                result = self._bfgs.solve_step(self._problem, start + advance, self.report, self.tolerance)
+                if self.report.converged:
+                    return result
+            except np.linalg.LinAlgError:
+                pass  # repeated constraints, or no factor to start with
+            self._bfgs.forget()
+        return newton.solve_step(self._problem, start.copy(), self.report, self.tolerance)
 
-class _FullStep:
-    """The equations of one full-space step (a newton.StepProblem)."""
 
-    def __init__(self, tongue: TongueModel) -> None:
-        self._free = tongue.free_nodes
-        self._discretisation = Discretisation(tongue.mesh, tongue.material, self._free)
-        self._nodal = np.zeros_like(tongue.mesh.nodes)
-        self._mass = np.repeat(tongue.node_masses[self._free], 3)
-        self._damping_mass = tongue.material.damping_mass
-        sensor_rows = tongue.sensors.weights[:, self._free].toarray()
-        self.constraints = SensorConstraints(tongue, sensor_rows)
+class _FactoredStep(FullSpaceStep):
+    """A step whose tangents are factorised on the host (an lbfgs.FactoredStep)."""
+
+    def __init__(self, tongue: TongueModel, terms: tuple[NodalTerm, ...]) -> None:
+        super().__init__(tongue, terms)
         self._preconditioner = LaggedPreconditioner()
-
-    def _set(self, x: NDArray) -> None:
-        self._nodal[self._free] = x.reshape(-1, 3)
-        self._discretisation.set_displacement(self._nodal)
+        pattern = self._discretisation.pattern
+        self._factor = MultifrontalCholesky(tongue.mesh.nodes[self._free], pattern.row_starts, pattern.columns)
 
     def begin(self, start: NDArray, velocity: NDArray, control: Control, dt: float) -> None:
-        """Fixes the data of one step; the damping refers to the start's displacement gradients."""
-        self._preconditioner.begin_step(dt, self.constraints.set_control(control))
-        self._dt = dt
-        self._scale = newton.smallest_scale(float(self._mass[::3].sum()), dt)
-        self._start = start.ravel()
-        self._velocity = velocity.ravel()
-        self._load = self._mass * np.tile(control.gravity, len(self._free))
-        self._set(start)
-        self._discretisation.elements.begin_step()
+        super().begin(start, velocity, control, dt)
+        self._preconditioner.begin_step(dt, self._constraints_changed)
 
-    def residual(self, x: NDArray) -> tuple[NDArray, float]:
-        self._set(x)
-        rate = (x - self._start) / self._dt
-        inertia = self._mass * (rate - self._velocity) / self._dt
-        internal = self._discretisation.internal_force(self._dt)[self._free].ravel()
-        residual = inertia + self._damping_mass * self._mass * rate + internal - self._load
-        return residual, max(self._norm(inertia), self._norm(internal), self._scale)
+    def precondition(self, force: NDArray, gap: NDArray) -> tuple[NDArray, NDArray]:
+        return self._preconditioner.solve(self.constraints.rows, force, gap)
 
-    def gap(self, x: NDArray) -> NDArray:
-        return self.constraints.target - self.constraints.rows @ x
+    @property
+    def ready(self) -> bool:
+        return self._preconditioner.ready
+
+    def renew(self, x: NDArray) -> None:
+        """Factorises the tangent at x, which the last residual was evaluated at, or a definite one where it is not."""
+        try:
+            solve = self._factorised(self._tangent(x, definite=False))
+        except np.linalg.LinAlgError:
+            solve = self._factorised(self._tangent(x, definite=True))
+        self._preconditioner.renew(solve, self.constraints.rows)
+
+    def _tangent(self, x: NDArray, definite: bool) -> sp.bsr_array:
+        """Derivative of the residual at x, which the last residual was evaluated at."""
+        A = self._discretisation.stiffness(self._dt, definite)
+        A.data[self._diagonal_blocks] += self._tangent_diagonal(x)
+        return A
+
+    def _factorised(self, A: sp.bsr_array) -> Solve:
+        self._factor.factorise(A.data)
+        return self._factor.solve
 
     def newton_step(self, x: NDArray, residual: NDArray, gap: NDArray) -> tuple[NDArray, NDArray]:
-        shift = self._mass * (1.0 / self._dt**2 + self._damping_mass / self._dt)
-        A = (self._discretisation.stiffness(self._dt) + sp.diags_array(shift, format="bsr")).tocsr()
+        try:
+            return self._solve_linear(self._tangent(x, definite=False), residual, gap)
+        except np.linalg.LinAlgError:
+            return self._solve_linear(self._tangent(x, definite=True), residual, gap)
+
+    def _solve_linear(self, A: sp.bsr_array, residual: NDArray, gap: NDArray) -> tuple[NDArray, NDArray]:
         return projected_cg(
-            A.__matmul__, lambda: factorise(A).solve, self.constraints.rows, -residual, gap, self._preconditioner
+            A.__matmul__, lambda: self._factorised(A), self.constraints.rows, -residual, gap, self._preconditioner
         )
-
-    def dual_norm(self, residual: NDArray, multipliers: NDArray) -> float:
-        return self._norm(residual + self.constraints.rows.T @ multipliers)
-
-    def _norm(self, force: NDArray) -> float:
-        return float(np.sqrt(np.sum(force**2 / self._mass)))

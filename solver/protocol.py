@@ -24,7 +24,8 @@ class Solver(Protocol):
     """Advances a tongue by one time step.
 
     name: as reports and the command line call it. tongue: what is simulated. dof_count: unknowns of
-    one step. report: of the last step.
+    one step. report: of the last step. volume_mode: how it corrects volume after a step ("none", "subspace",
+    "full"). contact_point_count: surface points at which it looks for contact.
     """
 
     name: str
@@ -33,6 +34,12 @@ class Solver(Protocol):
 
     @property
     def dof_count(self) -> int: ...
+
+    @property
+    def volume_mode(self) -> str: ...
+
+    @property
+    def contact_point_count(self) -> int: ...
 
     def new_state(self) -> State:
         """A state at rest at time 0, with arrays on the solver's device."""

@@ -1,48 +1,59 @@
-"""SolverReduced: implicit Euler in the blended quadratic subspace (Luo 2017, section 6)."""
+"""SolverReduced: implicit Euler in the blended quadratic subspace (Luo 2017, section 6), one tongue."""
 
 import numpy as np
 import warp as wp
 from numpy.typing import NDArray
-from scipy.linalg import cho_factor, cho_solve
 
 from ..kernels.precision import precision
 from ..model import Control, ReducedModel, State
-from ..model.reduced_forces import ReducedForces
-from ..model.saddle_point import solve_saddle_point
+from ..model.contact_scene import ContactScene
+from ..model.volume_pressure import PressureSubspace
 from . import newton
 from .constraints import SensorConstraints
-from .projected_cg import LaggedPreconditioner, Solve, projected_cg
 from .protocol import StepReport
-
-AGED_ITERATIONS = 4
-"""A new factor costs about thirty products with the stiffness."""
+from .tongue_batch import TongueBatch
 
 
 class SolverReduced:
-    """Newton on 3 x column_count unknowns, forces by cubature, sensors by Lagrange multipliers.
+    """3 x column_count unknowns, forces by cubature, sensors by Lagrange multipliers.
 
-    model: the subspace. precision_name: "float64" or "float32". tolerance: relative residual.
+    model: the subspace. precision_name: "float64" or "float32" (which reaches a tolerance of about 1e-6).
+    tolerance: relative residual. contact: the mouth around it, None for none.
+    pressure: subspace in which the volume is corrected after every step, None for no correction.
     The basis is mass-orthonormal, so the reduced mass is the identity.
     """
 
     name = "reduced"
 
     def __init__(
-        self, model: ReducedModel, precision_name: str = "float64", tolerance: float = newton.TOLERANCE
+        self,
+        model: ReducedModel,
+        precision_name: str = "float64",
+        tolerance: float = newton.TOLERANCE,
+        contact: ContactScene | None = None,
+        pressure: PressureSubspace | None = None,
     ) -> None:
         self.model = model
         self.tongue = model.tongue
         self.report = StepReport()
         self.tolerance = tolerance
+        self._precision_name = precision_name
         self._precision = precision(precision_name)
-        self._problem = _ReducedStep(model, precision_name)
-        dtype = self._precision.numpy
-        self._rest = self.tongue.mesh.nodes.astype(dtype)
-        self._basis = model.basis.astype(dtype)
+        self._constraints = SensorConstraints(self.tongue, model.sensor_rows)
+        self._contact, self._pressure = contact, pressure
+        self._batches: dict[bytes, TongueBatch] = {}
 
     @property
     def dof_count(self) -> int:
         return self.model.dof_count
+
+    @property
+    def volume_mode(self) -> str:
+        return "subspace" if self._pressure else "none"
+
+    @property
+    def contact_point_count(self) -> int:
+        return len(self._contact.points.nodes) if self._contact else 0
 
     def new_state(self) -> State:
         nodes, columns = self.tongue.mesh.node_count, self.model.column_count
@@ -52,7 +63,7 @@ class SolverReduced:
 
         return State(
             time=0.0,
-            position=wp.array(self._rest, dtype=self._precision.vec3, device="cpu"),
+            position=wp.array(self.tongue.mesh.nodes, dtype=self._precision.vec3, device="cpu"),
             velocity=zeros(nodes),
             coordinates=zeros(columns),
             coordinate_velocity=zeros(columns),
@@ -60,93 +71,42 @@ class SolverReduced:
         )
 
     def step(self, state_in: State, state_out: State, control: Control, dt: float) -> None:
-        start, velocity = state_in.coordinates.numpy(), state_in.coordinate_velocity.numpy()
-        problem = self._problem
-        problem.begin(start, velocity, control, dt)
-        x, multipliers = newton.solve_step(problem, start.ravel().copy(), self.report, self.tolerance)
-        coordinates = state_out.coordinates.numpy()
-        coordinates[:] = x.reshape(-1, 3)
-        coordinate_velocity = state_out.coordinate_velocity.numpy()
-        np.divide(coordinates - start, dt, out=coordinate_velocity)
-        self._fill_nodes(state_in, state_out, coordinates, dt)
-        state_out.sensor_force.numpy()[:] = problem.constraints.forces(multipliers)
+        self._constraints.set_control(control)
+        batch = self._batch(control.sensor_constrained)
+        batch.set_time_step(dt)
+        batch.set_gravity(control.gravity)
+        batch.set_jaw_poses(control.jaw_pose)
+        batch.set_targets(self._constraints.target)
+        coordinates, velocity = batch.coordinates.numpy(), batch.velocity.numpy()
+        coordinates[:, :, 0] = state_in.coordinates.numpy()
+        velocity[:, :, 0] = state_in.coordinate_velocity.numpy()
+        batch.step()
+        state_out.coordinates.numpy()[:] = coordinates[:, :, 0]
+        state_out.coordinate_velocity.numpy()[:] = velocity[:, :, 0]
+        _fill_nodes(state_in, state_out, batch.position.numpy()[:, :, 0], dt)
+        state_out.sensor_force.numpy()[:] = self._constraints.forces(-batch.constraint_forces()[:, 0])
         state_out.time = state_in.time + dt
+        self.report.iterations = batch.evaluations
+        self.report.residual = float(batch.errors[0])
+        self.report.converged = bool(batch.converged[0])
 
-    def _fill_nodes(self, state_in: State, state_out: State, coordinates: NDArray, dt: float) -> None:
-        position, velocity = state_out.position.numpy(), state_out.velocity.numpy()
-        np.matmul(self._basis, coordinates, out=position)
-        position += self._rest
-        np.subtract(position, state_in.position.numpy(), out=velocity)
-        velocity /= dt
-
-
-class _ReducedStep:
-    """The equations of one reduced step (a newton.StepProblem)."""
-
-    def __init__(self, model: ReducedModel, precision_name: str) -> None:
-        material = model.tongue.material
-        self.forces = ReducedForces(
-            material, model.gradient_operator, model.cubature_weights, precision_name
-        )
-        dtype = self.forces.elements.precision.numpy
-        self.constraints = SensorConstraints(model.tongue, model.sensor_rows.astype(dtype))
-        self._damping_mass = material.damping_mass
-        self._mass = float(model.tongue.node_masses.sum())
-        self._preconditioner = LaggedPreconditioner(AGED_ITERATIONS)
-        # B^T M 1, the reduced force of a unit acceleration of all nodes.
-        self._unit_load = (model.basis.T @ model.tongue.node_masses).astype(dtype)
-
-    def begin(self, start: NDArray, velocity: NDArray, control: Control, dt: float) -> None:
-        """Fixes the data of one step; the damping refers to the start's displacement gradients."""
-        self._start = start.ravel()
-        self._velocity = velocity.ravel()
-        self._load = np.outer(self._unit_load, control.gravity).ravel().astype(start.dtype)
-        self._preconditioner.begin_step(dt, self.constraints.set_control(control))
-        self._dt = dt
-        self._scale = newton.smallest_scale(self._mass, dt)
-        self.forces.set_coordinates(start)
-        self.forces.elements.begin_step()
-
-    def residual(self, x: NDArray) -> tuple[NDArray, float]:
-        self.forces.set_coordinates(x.reshape(-1, 3))
-        rate = (x - self._start) / self._dt
-        inertia = (rate - self._velocity) / self._dt
-        internal = self.forces.force(self._dt).ravel()
-        residual = inertia + self._damping_mass * rate + internal - self._load
-        return residual, max(float(np.linalg.norm(inertia)), float(np.linalg.norm(internal)), self._scale)
-
-    def gap(self, x: NDArray) -> NDArray:
-        return self.constraints.target - self.constraints.rows @ x
-
-    def newton_step(self, x: NDArray, residual: NDArray, gap: NDArray) -> tuple[NDArray, NDArray]:
-        self.forces.elements.evaluate_tangent(self._dt)
-        try:
-            return projected_cg(
-                self._product, self._factorise, self.constraints.rows, -residual, gap, self._preconditioner
+    def _batch(self, constrained: NDArray[np.bool_]) -> TongueBatch:
+        """The batch of one that imposes these sensor coordinates, made when they are first asked for."""
+        key = np.packbits(constrained).tobytes()
+        if key not in self._batches:
+            self._batches[key] = TongueBatch(
+                self.model,
+                constrained,
+                precision_name=self._precision_name,
+                tolerance=self.tolerance,
+                contact=self._contact,
+                pressure=self._pressure,
             )
-        except np.linalg.LinAlgError:  # indefinite: dense and exact
-            self._preconditioner.forget()
-            return solve_saddle_point(self._matrix(), self.constraints.rows, -residual, gap)
+        return self._batches[key]
 
-    @property
-    def _shift(self) -> float:
-        return 1.0 / self._dt**2 + self._damping_mass / self._dt
 
-    def _product(self, direction: NDArray) -> NDArray:
-        product = self.forces.apply_stiffness(direction.reshape(-1, 3)).ravel()
-        product += self._shift * direction
-        return product
-
-    def _matrix(self) -> NDArray:
-        A = self.forces.stiffness(self._dt)
-        diagonal = np.einsum("ii->i", A)
-        diagonal += self._shift
-        return A
-
-    def _factorise(self) -> Solve:
-        """The inverse itself: one product with it costs less than two triangular solves, and it is rarely made."""
-        inverse = cho_solve(cho_factor(self._matrix()), np.eye(3 * self.forces.column_count))
-        return inverse.astype(self._start.dtype).__matmul__
-
-    def dual_norm(self, residual: NDArray, multipliers: NDArray) -> float:
-        return float(np.linalg.norm(residual + self.constraints.rows.T @ multipliers))
+def _fill_nodes(state_in: State, state_out: State, nodes: NDArray[np.floating], dt: float) -> None:
+    position, velocity = state_out.position.numpy(), state_out.velocity.numpy()
+    position[:] = nodes
+    np.subtract(position, state_in.position.numpy(), out=velocity)
+    velocity /= dt

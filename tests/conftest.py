@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import scipy.sparse as sp
+import warp as wp
 from hypothesis import settings
 from threadpoolctl import threadpool_limits
 
@@ -20,6 +21,13 @@ def one_blas_thread():
     """On a busy machine two BLAS threads wait for each other: small factorisations take a hundred times longer."""
     with threadpool_limits(limits=1, user_api="blas"):
         yield
+
+
+@pytest.fixture(scope="session", params=["cpu", pytest.param("cuda:0", marks=pytest.mark.gpu)])
+def device(request) -> str:
+    if request.param != "cpu" and not wp.is_cuda_available():
+        pytest.skip("there is no CUDA device")
+    return request.param
 
 
 @pytest.fixture(scope="session")

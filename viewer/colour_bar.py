@@ -1,4 +1,4 @@
-"""Ticks of the colour bar, the same in the window and in pictures."""
+"""Ticks of the colour bar and names of categories, the same in the window and in pictures."""
 
 import math
 
@@ -32,3 +32,11 @@ def labelled_ticks(low: float, high: float, wanted: int = 5) -> list[tuple[float
     values = ticks(low, high, wanted)
     step = values[1] - values[0] if len(values) > 1 else high - low
     return [((v - low) / (high - low), tick_text(v, step)) for v in values]
+
+
+def listed(names: tuple[str, ...], room: int) -> list[str]:
+    """The names, or as many as there is room for and a line that counts the rest."""
+    if len(names) <= room:
+        return list(names)
+    shown = max(room - 1, 0)
+    return [*names[:shown], f"and {len(names) - shown} more"]

@@ -17,13 +17,19 @@ CONTROL_POINTS = {
 }
 """sRGB colours at even steps from low to high."""
 
+_GOLDEN_ANGLE = 137.50776
+_FIRST_HUE = 250.0  # blue
+_CHROMA = 46.0
+
 _LINEAR_TO_XYZ = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]])
 _WHITE = _LINEAR_TO_XYZ.sum(axis=1)
 
 
 @cache
 def colour_table(name: str, size: int = 256) -> NDArray[np.uint8]:
-    """The map as sRGB bytes from low to high, (size, 3)."""
+    """The map as sRGB bytes from low to high, (size, 3); of "categories" one colour each."""
+    if name == "categories":
+        return _category_table(size)
     points = np.array([[int(c[i : i + 2], 16) for i in (0, 2, 4)] for c in CONTROL_POINTS[name].split()]) / 255.0
     lab = _lab(srgb_to_linear(points))
     at = np.linspace(0.0, len(points) - 1.0, size)
@@ -33,9 +39,18 @@ def colour_table(name: str, size: int = 256) -> NDArray[np.uint8]:
     return table
 
 
-def map_name(diverging: bool) -> str:
-    """The map for a signed quantity or for one that starts at its least value."""
-    return "diverging" if diverging else "viridis"
+def _category_table(size: int) -> NDArray[np.uint8]:
+    """Colours that tell categories apart: hues a golden angle apart in CIE Lab, in four lightnesses.
+
+    Hues nearly return after 13, 21 or 34 steps, which four does not divide.
+    """
+    index = np.arange(size)
+    hue = np.deg2rad(_FIRST_HUE + _GOLDEN_ANGLE * index)
+    lightness = np.array([68.0, 54.0, 82.0, 42.0])[index % 4]
+    lab = np.stack([lightness, _CHROMA * np.cos(hue), _CHROMA * np.sin(hue)], axis=1)
+    table = np.round(255.0 * linear_to_srgb(np.clip(_from_lab(lab), 0.0, 1.0))).astype(np.uint8)
+    table.setflags(write=False)
+    return table
 
 
 def srgb_to_linear(colour: NDArray[np.floating]) -> NDArray[np.float64]:

@@ -92,7 +92,7 @@ def write_frames(
     paths = []
     for i, picture in enumerate(_pictures(session, times, (width, height), camera, options, progress)):
         paths.append(folder / f"frame_{i:04d}.png")
-        _save(picture, paths[-1])
+        save_picture(picture, paths[-1])
     return paths
 
 
@@ -108,9 +108,8 @@ def write_picture(
 ) -> Path:
     """Writes one picture at `time` [s] (PNG, or what Pillow makes of the file's ending)."""
     path = Path(path)
-    _make_folder(path.parent)
     with OffscreenRenderer(session, width, height) as renderer:
-        _save(renderer.render(time, camera=camera, options=options), path)
+        save_picture(renderer.render(time, camera=camera, options=options), path)
     return path
 
 
@@ -158,7 +157,12 @@ def _check_writable(path: Path) -> None:
         raise LingualError(f"{path}: the film cannot be written ({error.strerror}).") from error
 
 
-def _save(picture: NDArray[np.uint8], path: Path) -> None:
+def save_picture(picture: NDArray[np.uint8], path: Path) -> None:
+    """Writes a picture (height, width, 4) with premultiplied alpha, as PNG or what Pillow makes of the ending.
+
+    Raises LingualError when the file cannot be written.
+    """
+    _make_folder(path.parent)
     opaque = bool((picture[..., 3] == 255).all())
     image = Image.fromarray(picture[..., :3] if opaque else _straight_alpha(picture))
     try:

@@ -101,7 +101,7 @@ class OffscreenRenderer:
             for sprite, (x, y) in zip(sprites, label_corners(at, sizes, 10 * unit), strict=True):
                 if np.isfinite(x) and np.isfinite(y):
                     paste(picture, sprite, round(x), round(y))
-        if scalar is not None:
+        if scalar is not None and options.show_colour_bar:
             sprite = colour_bar_sprite(scalar, height, ink)
             paste(picture, sprite, width - sprite.shape[1] - round(26 * unit), round(26 * unit))
         if options.show_caption:

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
-from .colour_bar import labelled_ticks
-from .colour_map import colour_table, map_name
+from .colour_bar import labelled_ticks, listed
+from .colour_map import colour_table
 from .fonts import picture_font
 from .session_view import ScalarField
 
@@ -54,13 +54,15 @@ def text_sprite(text: str, size: float, ink: tuple[int, int, int], plate: bool =
 
 
 def colour_bar_sprite(scalar: ScalarField, height: int, ink: tuple[int, int, int]) -> Sprite:
-    """The scalar's colour map with title, unit and ticks, for a picture `height` pixels tall."""
-    return _colour_bar(scalar.title, scalar.span, scalar.diverging, height, ink)
+    """The scalar's colour map with title, unit and ticks, or its categories, for a picture `height` pixels tall."""
+    if scalar.categories:
+        return _category_list(scalar.title, scalar.categories, height, ink)
+    return _colour_bar(scalar.title, scalar.span, scalar.map_name, height, ink)
 
 
 @lru_cache(maxsize=32)
 def _colour_bar(
-    title: str, span: tuple[float, float], diverging: bool, height: int, ink: tuple[int, int, int]
+    title: str, span: tuple[float, float], map_name: str, height: int, ink: tuple[int, int, int]
 ) -> Sprite:
     unit = max(height / 720.0, 0.5)
     size, bar_width, bar_height = round(17 * unit), round(16 * unit), round(0.36 * height)
@@ -74,7 +76,7 @@ def _colour_bar(
     draw = ImageDraw.Draw(image)
     draw.text((width - 2, round(0.95 * size)), title, (*ink, 255), font, anchor="rs")
     right = width - 2
-    colours = colour_table(map_name(diverging), bar_height)[::-1]
+    colours = colour_table(map_name, bar_height)[::-1]
     column = np.column_stack([colours, np.full(bar_height, 255, np.uint8)])
     ramp = np.repeat(column[:, None], bar_width, axis=1)
     mask = Image.new("L", (bar_width, bar_height), 0)
@@ -85,6 +87,29 @@ def _colour_bar(
         x = right - bar_width - round(5 * unit)
         draw.line((x, y, x + round(4 * unit), y), (*ink, 200), max(1, round(unit)))
         draw.text((x - round(4 * unit), y), text, (*ink, 255), font, anchor="rm")
+    return _premultiplied(image)
+
+
+@lru_cache(maxsize=32)
+def _category_list(title: str, categories: tuple[str, ...], height: int, ink: tuple[int, int, int]) -> Sprite:
+    """Title and a swatch with its name for each category, as many as fit into a picture's height."""
+    unit = max(height / 720.0, 0.5)
+    size = round(17 * unit)
+    line = round(1.45 * size)
+    room = max(1, int(0.9 * height / line) - 2)
+    texts = listed(categories, room)
+    font = picture_font(size)
+    width = round(max(font.getlength(text) for text in (title, *texts))) + 2 * size + 4
+    image = Image.new("RGBA", (width, line * (len(texts) + 1) + size), (*ink, 0))
+    draw = ImageDraw.Draw(image)
+    draw.text((width - 2, round(0.95 * size)), title, (*ink, 255), font, anchor="rs")
+    colours = colour_table("categories")
+    for k, text in enumerate(texts):
+        y = line * (k + 1) + size
+        draw.text((width - 2 - round(1.4 * size), y), text, (*ink, 255), font, anchor="rs")
+        if k < len(categories) and text == categories[k]:
+            swatch = (width - 2 - size, y - round(0.8 * size), width - 2, y + round(0.1 * size))
+            draw.rounded_rectangle(swatch, radius=3 * unit, fill=(*map(int, colours[k]), 255))
     return _premultiplied(image)
 
 

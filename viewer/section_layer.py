@@ -31,6 +31,8 @@ class SectionLayer:
         values = np.column_stack([sample.nodes + sample.jaw_translation, scalar.fraction()]).astype(np.float32)
         first, second = values[nodes[:, 0]], values[nodes[:, 1]]
         corners = first + weight[:, None] * (second - first)
+        if scalar.categories:  # one to a triangle: that of a node at its first corner
+            corners[:, 3] = np.repeat(first[::3, 3], 3)
         self._count = len(corners)
         if self._count:
             self._corners.orphan(max(corners.nbytes, self._corners.size))

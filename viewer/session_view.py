@@ -9,6 +9,9 @@ from numpy.typing import NDArray
 from ..model import StateHistory, TongueModel
 from ..model.history import Sample
 
+CATEGORY_COUNT = 256
+"""Colours there are for categories: as many as a colour table has."""
+
 NO_FIELD = "none"
 """The field name that stands for the tongue's own colours."""
 
@@ -22,13 +25,23 @@ class ScalarField:
     unit: e.g. "mm", "J/m³"; empty for a number without unit.
     limits: (low, high) of the colour map in `unit`, the same at every time so that colours compare.
     centre: the value in the middle of a diverging map; None selects a sequential map.
+    categories: names of what the values 0, 1, 2, ... stand for, each with a colour of its own that is not mixed
+        with its neighbours'; empty for a quantity.
     """
 
     label: str
-    values: NDArray[np.floating]
+    values: NDArray[np.floating] | NDArray[np.integer]
     unit: str
     limits: tuple[float, float]
     centre: float | None = None
+    categories: tuple[str, ...] = ()
+
+    @property
+    def map_name(self) -> str:
+        """Which of colour_map's tables the values are drawn with."""
+        if self.categories:
+            return "categories"
+        return "diverging" if self.diverging else "viridis"
 
     @property
     def diverging(self) -> bool:
@@ -37,6 +50,8 @@ class ScalarField:
     @property
     def span(self) -> tuple[float, float]:
         """Values at the two ends of the bar: the limits, widened so that `centre` is in the middle."""
+        if self.categories:
+            return 0.0, CATEGORY_COUNT - 1.0
         low, high = self.limits
         if self.centre is not None:
             reach = max(high - self.centre, self.centre - low)

@@ -8,7 +8,7 @@ from ..model import TongueModel
 from ..model.history import Sample
 from .ambient_occlusion import Occluder, ambient_occlusion
 from .closeness import closeness
-from .colour_map import colour_table, map_name
+from .colour_map import colour_table
 from .detail import Detail, DisplaySurface, display_skin
 from .gl_resources import release_all
 from .papillae import TILE, papillae_texture
@@ -47,9 +47,10 @@ class TongueLayer:
         around = closeness(rest, mouth)
         self._closeness = around.texture(context)
         self._closeness_box = tuple(around.low), tuple(1.0 / (around.high - around.low))
-        self._maps = {name: _colour_map_texture(context, name) for name in ("viridis", "diverging")}
+        self._maps = {name: _colour_map_texture(context, name) for name in ("viridis", "diverging", "categories")}
         self._map = self._maps["viridis"]
-        self._field_shown = False
+        self._nearest_node = skin.weights.argmax(axis=1)  # whose category a vertex takes
+        self._field_shown = self._categories_shown = False
         self._jaw_translation = np.zeros(3)
         self._skin_program = load_program(context, "tongue", "tongue")
         self._cut_program = load_program(context, "tongue", "cut")
@@ -76,8 +77,11 @@ class TongueLayer:
         self._field_shown = False
         if scalar is not None:
             self._scalar.orphan()
-            self._scalar.write(np.asarray(self._skin.weights @ scalar.fraction(), dtype=np.float32))
-            self._map = self._maps[map_name(scalar.diverging)]
+            fraction = scalar.fraction()
+            on_skin = fraction[self._nearest_node] if scalar.categories else self._skin.weights @ fraction
+            self._scalar.write(np.asarray(on_skin, dtype=np.float32))
+            self._map = self._maps[scalar.map_name]
+            self._categories_shown = bool(scalar.categories)
             self._field_shown = True
             if cut:
                 self._section.update(sample, scalar)
@@ -98,6 +102,7 @@ class TongueLayer:
         set_uniform(self._skin_program, "colour_map", 1)
         set_uniform(self._skin_program, "papillae_per_metre", 1.0 / TILE)
         set_uniform(self._skin_program, "field_shown", self._field_shown)
+        set_uniform(self._skin_program, "categories_shown", self._categories_shown)
         self._skin_mesh.render()
         if cut:
             context.cull_face = "front"

@@ -16,7 +16,7 @@ class ViewOptions:
         it is not named.
     opacity: factor on every tissue's own opacity.
     show_sensors, show_labels, show_targets: the coils, their names, their targets where these differ.
-    show_caption: title and time, in pictures.
+    show_caption: title and time, in pictures. show_colour_bar: the field's colours and values, in pictures.
     cut: midsagittal clipping plane.
     backdrop: one of BACKDROPS.
     """
@@ -29,5 +29,6 @@ class ViewOptions:
     show_labels: bool = True
     show_targets: bool = True
     show_caption: bool = False
+    show_colour_bar: bool = True
     cut: bool = False
     backdrop: str = "dark"

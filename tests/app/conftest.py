@@ -39,6 +39,8 @@ class MovingSolver:
 
     name = "moving"
     dof_count = 3
+    volume_mode = "none"
+    contact_point_count = 0
 
     def __init__(self, tongue, largest_step, spoils: str = "nearest") -> None:
         self.tongue = tongue

@@ -13,8 +13,9 @@ from lingual.precompute import reduction
 REPORT_KEYS = {
     "solver", "mesh", "node_count", "tet_count", "dof_count", "frame_count", "step_ms", "frames_per_second",
     "volume_drift_max", "det_f_min", "sensor_error_mm_max", "newton_iterations_mean", "inverted_tet_count_max",
+    "penetration_mm_max", "contact_points", "volume_mode", "material",
 }  # fmt: skip
-EXTRA_KEYS = {"source", "unconverged_frames", "halved_frame_count", "machine"}
+EXTRA_KEYS = {"contact_count_max", "source", "unconverged_frames", "halved_frame_count", "machine"}
 
 
 @pytest.fixture

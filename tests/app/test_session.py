@@ -1,11 +1,14 @@
 """The session that the viewer sees, and its scalar fields."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from lingual.app.fields import FieldSource
 from lingual.app.session import Session
 from lingual.app.simulation import Simulation
+from lingual.model import RigidSurface
 from lingual.model.history import Sample
 from lingual.precompute.reduction import all_element_model
 
@@ -82,6 +85,29 @@ def test_domain_weights_are_offered_with_a_reduced_model(small_tongue, sample_of
     assert "domain weight TB" in fields.names()
     field = fields.field("domain weight TB", sample_of(small_tongue.mesh.nodes))
     np.testing.assert_array_equal(field.values, model.domain_weights[:, 1])
+
+
+def test_the_partition_is_offered_as_categories_with_a_reduced_model(small_tongue, sample_of):
+    model = all_element_model(small_tongue, 5)
+    fields = FieldSource(small_tongue, model)
+    assert "domain" in fields.names()
+    field = fields.field("domain", sample_of(small_tongue.mesh.nodes))
+    assert field.categories == model.domain_names
+    at_seeds = [np.argmin(np.linalg.norm(small_tongue.mesh.nodes - seed, axis=1)) for seed in model.seeds]
+    np.testing.assert_array_equal(field.values[at_seeds], np.arange(5))
+
+
+def test_contact_depth_is_offered_where_there_is_a_mouth(small_tongue, sample_of, block, tmp_path, monkeypatch):
+    monkeypatch.setenv("LINGUAL_CACHE", str(tmp_path))
+    mesh = block((0.04, 0.03, 0.01), (2, 2, 2))
+    bone = RigidSurface("bone", "bone", "head", mesh.nodes + np.array([0.03, 0.0, 0.021]), mesh.boundary_triangles)
+    fields = FieldSource(replace(small_tongue, rigid=(bone,)))
+    assert "contact depth" in fields.names()
+    field = fields.field("contact depth", sample_of(small_tongue.mesh.nodes + np.array([0.0, 0.0, 0.002])))
+    middle = np.argmin(np.linalg.norm(small_tongue.mesh.nodes - [0.0525, 0.015, 0.02], axis=1))
+    assert field.unit == "mm"
+    np.testing.assert_allclose(field.values[middle], 1.0, atol=0.02)
+    assert not field.values[small_tongue.mesh.nodes[:, 2] < 0.015].any()
 
 
 def test_an_unknown_field_is_a_key_error(small_tongue, sample_of):

@@ -1,20 +1,12 @@
-"""Devices and precisions the kernels are tested on, and NumPy in, NumPy out around the elasticity kernels."""
+"""Precisions the kernels are tested in, and NumPy in, NumPy out around the elasticity kernels."""
 
 import numpy as np
 import pytest
 import warp as wp
 
 from lingual.kernels.elasticity import elasticity_kernels
-from lingual.kernels.materials import pack_parameters
 from lingual.kernels.precision import precision
 from lingual.model import Material
-
-
-@pytest.fixture(scope="session", params=["cpu", pytest.param("cuda:0", marks=pytest.mark.gpu)])
-def device(request) -> str:
-    if request.param != "cpu" and not wp.is_cuda_available():
-        pytest.skip("there is no CUDA device")
-    return request.param
 
 
 @pytest.fixture(scope="session", params=["float64", "float32"])
@@ -51,13 +43,13 @@ def launch(device):
 class Elasticity:
     """The elasticity kernels of one material on deformation gradients F, (n, 3, 3)[i, j] = dx_i/dX_j."""
 
-    def __init__(self, types, device: str, model: str = "stvk") -> None:
-        material = Material(model)
-        self.mu, self.lam = material.lame_mu, material.lame_lambda
+    def __init__(self, types, device: str, model: str = "stvk", **constants) -> None:
+        self.material = Material(model, **constants)
+        self.mu, self.lam = self.material.lame_mu, self.material.lame_lambda
         self.types, self.device = types, device
         self._kernels = elasticity_kernels(model, types.numpy.name)
-        self._material = types.parameters(*pack_parameters(model, self.mu, self.lam))
-        self._viscosity = types.parameters(self.mu, self.lam, 0.0, 0.0, 0.0, 0.0)
+        self._material = types.parameters(*self.material.elastic_parameters)
+        self._viscosity = types.parameters(*self.material.viscous_parameters)
 
     def _gradient(self, F: np.ndarray) -> wp.array:
         transposed = (np.asarray(F) - np.eye(3)).transpose(0, 2, 1)
@@ -88,11 +80,12 @@ class Elasticity:
         wp.launch(self._kernels.stress, len(F), inputs, [out], device=self.device)
         return out.numpy().transpose(0, 2, 1)
 
-    def tangent(self, F, F0=None, weight=None, damping_over_step=0.0) -> np.ndarray:
-        """Weighted dP_ij / dF_mn, (n, 3, 3, 3, 3)[i, j, m, n]."""
+    def tangent(self, F, F0=None, weight=None, damping_over_step=0.0, definite=False) -> np.ndarray:
+        """Weighted dP_ij / dF_mn, (n, 3, 3, 3, 3)[i, j, m, n], its elastic part projected when `definite`."""
         out = wp.zeros((len(F), 3, 3), dtype=self.types.mat33, device=self.device)
         inputs = self._loaded(F, F0, weight, damping_over_step)
-        wp.launch(self._kernels.tangent, len(F), inputs, [out], device=self.device)
+        kernel = self._kernels.definite_tangent if definite else self._kernels.tangent
+        wp.launch(kernel, len(F), inputs, [out], device=self.device)
         return out.numpy().transpose(0, 1, 3, 2, 4)
 
     def tangent_product(self, tangent: np.ndarray, dF: np.ndarray) -> np.ndarray:
@@ -102,6 +95,12 @@ class Elasticity:
         out = wp.zeros(len(dF), dtype=self.types.mat33, device=self.device)
         wp.launch(self._kernels.tangent_product, len(dF), [stored, direction], [out], device=self.device)
         return out.numpy().transpose(0, 2, 1)
+
+
+@pytest.fixture(scope="session")
+def elasticity_of(device):
+    """Function (types, model, constants by name) -> Elasticity of that law."""
+    return lambda types, model, **constants: Elasticity(types, device, model, **constants)
 
 
 @pytest.fixture(scope="session")

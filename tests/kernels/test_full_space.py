@@ -24,21 +24,28 @@ def test_displacement_gradient_sums_the_corners(kernels, types, launch, close):
     close(gradient, np.einsum("eaj,eai->eji", SHAPE_GRADIENTS, u[TETS]))
 
 
-def test_scatter_force_adds_every_element_to_its_nodes(kernels, types, launch, close):
+def lists(owner: np.ndarray, count: int) -> list[tuple[np.ndarray, type]]:
+    """Start of each owner's list and the lists of the places in `owner`; -1 owns nothing."""
+    members = [np.flatnonzero(owner.ravel() == n) for n in range(count)]
+    starts = np.cumsum([0] + [len(m) for m in members])
+    return [(starts.astype(np.int32), wp.int32), (np.concatenate(members).astype(np.int32), wp.int32)]
+
+
+def test_gather_force_adds_every_element_to_its_nodes(kernels, types, launch, close):
     stress = RNG.standard_normal((ELEMENTS, 3, 3))  # [j, i]
-    inputs = [(stress, types.mat33), (TETS, wp.int32), (SHAPE_GRADIENTS, types.vec3)]
-    force = launch(kernels.scatter_force, ELEMENTS, inputs, NODES, types.vec3)
+    inputs = [(stress, types.mat33), (SHAPE_GRADIENTS, types.vec3), *lists(TETS, NODES)]
+    force = launch(kernels.gather_force, NODES, inputs, NODES, types.vec3)
     expected = np.zeros((NODES, 3))
     np.add.at(expected, TETS, np.einsum("eji,eaj->eai", stress, SHAPE_GRADIENTS))
     close(force, expected)
 
 
-def test_scatter_stiffness_adds_node_pairs_and_skips_fixed_ones(kernels, types, launch, close):
+def test_gather_stiffness_adds_node_pairs_and_skips_fixed_ones(kernels, types, launch, close):
     tangent = RNG.standard_normal((ELEMENTS, 3, 3, 3, 3))  # [i, m, j, n]
     pairs = TETS[:, :, None] * NODES + TETS[:, None, :]
     pairs[(TETS[:, :, None] == 0) | (TETS[:, None, :] == 0)] = -1  # node 0 is fixed
-    inputs = [(tangent, types.mat33), (SHAPE_GRADIENTS, types.vec3), (pairs, wp.int32)]
-    blocks = launch(kernels.scatter_stiffness, ELEMENTS, inputs, NODES**2, types.mat33)
+    inputs = [(tangent, types.mat33), (SHAPE_GRADIENTS, types.vec3), *lists(pairs, NODES**2)]
+    blocks = launch(kernels.gather_stiffness, NODES**2, inputs, NODES**2, types.mat33)
     element = np.einsum("eaj,eimjn,ebn->eabim", SHAPE_GRADIENTS, tangent, SHAPE_GRADIENTS)
     expected = np.zeros((NODES**2, 3, 3))
     np.add.at(expected, pairs[pairs >= 0], element[pairs >= 0])

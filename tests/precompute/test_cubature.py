@@ -7,8 +7,9 @@ import pytest
 
 from lingual.model.discretisation import Discretisation
 from lingual.model.reduced_forces import ReducedForces
-from lingual.precompute.cubature import relative_force_errors, select_cubature
+from lingual.precompute.cubature import _training_system, relative_force_errors, select_cubature
 from lingual.precompute.poses import equilibrium_poses, sampled_displacements
+from lingual.precompute.progress import silent
 from lingual.precompute.reduction import all_element_model
 
 
@@ -77,6 +78,26 @@ def test_selection_stops_when_the_tolerance_is_reached(select, poses):
     loose, tight = select(500, 0.3), select(500, 0.15)
     assert len(loose.cubature_elements) < len(tight.cubature_elements) < 400
     assert root_mean_square(relative_force_errors(tight, poses[:20])) < 0.15 * 1.001
+
+
+def test_forces_projected_on_random_directions_select_as_well(select, poses, monkeypatch):
+    """20 of 50 columns a pose: an error close to that of all of them, which fewer equations alone would not have."""
+    exact = root_mean_square(relative_force_errors(select(180), poses[20:]))
+    monkeypatch.setattr("lingual.precompute.cubature.TRAINING_ROWS", 3 * 20 * 20)
+    projected = root_mean_square(relative_force_errors(select(180), poses[20:]))
+    assert exact != projected
+    assert projected < 1.6 * exact
+
+
+def test_projection_keeps_the_size_of_forces(model, poses, monkeypatch):
+    """Each pose's exact force has length one before, and about one after."""
+    monkeypatch.setattr("lingual.precompute.cubature.TRAINING_ROWS", 3 * 30 * 25)
+    rng = np.random.default_rng(3)
+    _, target = _training_system(model, poses[:20], np.arange(40), rng, silent)
+    lengths = np.linalg.norm(target.reshape(20, -1), axis=1)
+    assert len(target) == 20 * 3 * 37
+    assert lengths.std() > 0.0
+    assert lengths.mean() == pytest.approx(1.0, abs=0.1)
 
 
 def test_all_elements_have_no_error(model, poses):

@@ -1,11 +1,23 @@
-"""Domain weights: a partition of unity together with the ground, greatest near their own seed."""
+"""Domain weights: a partition of unity together with the ground, greatest near their own seed;
+and the four ways to find them."""
+
+from functools import cache
+from itertools import combinations
 
 import numpy as np
 import pytest
 
-from lingual.model.discretisation import Discretisation
-from lingual.precompute.domain_weights import blend_with_ground, diffuse, domain_weights, principal_direction
-from lingual.precompute.seeds import choose_seeds
+from lingual.model import LingualError
+from lingual.precompute.domain_weights import (
+    WEIGHTINGS,
+    blend_with_ground,
+    diffuse,
+    domain_weights,
+    harmonic_weights,
+    raw_weights,
+    treated,
+)
+from lingual.precompute.seeds import Seed, choose_seeds
 
 
 @pytest.fixture(scope="module")
@@ -41,23 +53,63 @@ def test_on_the_surface_the_greatest_value_lies_within_one_element_of_the_seed(s
     assert np.delete(distance, 4).max() < 0.0075
 
 
-def test_the_principal_direction_is_the_one_in_which_a_force_moves_the_body_most(small_tongue, seeds):
-    free = small_tongue.free_nodes
-    discretisation = Discretisation(small_tongue.mesh, small_tongue.material)
-    discretisation.set_displacement(np.zeros_like(small_tongue.mesh.nodes))
-    K = discretisation.stiffness().tocsr()
-    direction = principal_direction(K, seeds[0].nodes, small_tongue.fixed_nodes)
-    assert np.linalg.norm(direction) == pytest.approx(1.0)
-    dofs = (3 * free[:, None] + np.arange(3)).ravel()
-    compliance = np.linalg.inv(K[dofs][:, dofs].toarray())
-    on_seed = np.isin(free, seeds[0].nodes) / len(seeds[0].nodes)
+@pytest.fixture(scope="module")
+def raw_of(small_tongue, seeds):
+    """Function weighting -> raw weights (node_count, 7)."""
+    return cache(lambda weighting: raw_weights(small_tongue, seeds, weighting))
 
-    def moved(force: np.ndarray) -> float:
-        return float(np.linalg.norm(compliance @ np.outer(on_seed, force).ravel()))
 
-    others = np.random.default_rng(16).standard_normal((200, 3))
-    others /= np.linalg.norm(others, axis=1)[:, None]
-    assert moved(direction) >= max(map(moved, others))
+@pytest.mark.parametrize("weighting", WEIGHTINGS)
+def test_raw_weights_are_one_on_their_seed_and_zero_on_the_others_and_the_ground(
+    raw_of, small_tongue, seeds, weighting
+):
+    raw = raw_of(weighting)
+    at_seeds = np.array([raw[s.nodes].mean(axis=0) for s in seeds])
+    np.testing.assert_allclose(at_seeds, np.eye(7), atol=1e-12)
+    np.testing.assert_allclose(raw[small_tongue.fixed_nodes], 0.0, atol=1e-12)
+
+
+def test_the_four_weightings_differ(raw_of):
+    for one, other in combinations(WEIGHTINGS, 2):
+        assert np.abs(raw_of(one) - raw_of(other)).max() > 0.05
+
+
+@pytest.mark.parametrize("weighting", WEIGHTINGS)
+def test_every_weighting_when_treated_is_a_partition_of_unity_with_the_ground(raw_of, small_tongue, weighting):
+    for length in (0.0, 0.003):
+        weights = treated(small_tongue, raw_of(weighting), True, length)
+        assert 0.0 <= weights.min() <= weights.max() <= 1.0
+        assert weights.sum(axis=1).max() <= 1.0 + 1e-12
+        assert not weights[small_tongue.fixed_nodes].any()
+
+
+def test_without_treatment_raw_weights_stay_as_they_are(raw_of, small_tongue, seeds):
+    np.testing.assert_array_equal(domain_weights(small_tongue, seeds, "fixed", False, 0.0), raw_of("fixed"))
+
+
+def test_harmonic_weights_obey_the_maximum_principle(raw_of, small_tongue, seeds):
+    """They lie between the values they are held at, which are reached nowhere else, and average their neighbours."""
+    raw = raw_of("harmonic")
+    held = np.concatenate([small_tongue.fixed_nodes, *(s.nodes for s in seeds)])
+    inside = np.delete(raw, held, axis=0)
+    assert inside.min() > 0.0
+    assert inside.max() < 1.0
+    assert inside.sum(axis=1).max() < 1.0
+
+
+def test_harmonic_weights_are_linear_along_a_bar_between_its_ends(block, tongue_of):
+    mesh = block((0.05, 0.01, 0.01), (10, 2, 2))
+    bar = tongue_of(mesh, {"TT": mesh.node_count - 1})
+    middle, end = (np.flatnonzero(np.isclose(mesh.nodes[:, 0], x)) for x in (0.03, 0.05))
+    seeds = [Seed(name, nodes, mesh.nodes[nodes].mean(axis=0)) for name, nodes in (("middle", middle), ("end", end))]
+    x = mesh.nodes[:, 0]
+    expected = np.stack([np.interp(x, [0.0, 0.03, 0.05], w) for w in ([0.0, 1.0, 0.0], [0.0, 0.0, 1.0])], axis=1)
+    np.testing.assert_allclose(harmonic_weights(bar, seeds), expected, atol=1e-10)
+
+
+def test_a_weighting_that_there_is_not_is_refused(small_tongue, seeds):
+    with pytest.raises(LingualError, match="no weighting 'magic'; choose one of principal, fixed"):
+        raw_weights(small_tongue, seeds, "magic")
 
 
 def test_blending_clips_holds_the_ground_and_divides_sums_above_one():
@@ -75,7 +127,7 @@ def rough(small_tongue):
 def test_diffusion_smooths_without_leaving_the_interval_or_the_partition(small_tongue, rough):
     smooth, smoother = (diffuse(small_tongue, rough, length) for length in (0.003, 0.006))
     for weights in (smooth, smoother):
-        assert weights.min() >= 0.0
+        assert weights.min() > -1e-12
         assert weights.sum(axis=1).max() <= 1.0 + 1e-12
         assert not weights[small_tongue.fixed_nodes].any()
     assert smoother.std() < smooth.std() < rough.std()

@@ -1,11 +1,13 @@
 """From a tongue to its reduced model, cached; and on the measured mesh when it is there."""
 
 from dataclasses import replace
+from itertools import combinations
 
 import numpy as np
 import pytest
 
 from lingual.model import LingualError, Material
+from lingual.precompute.domain_weights import WEIGHTINGS
 from lingual.precompute.meshes.library import load_tongue
 from lingual.precompute.reduction import ReductionSettings, all_element_model, build_reduced_model
 
@@ -73,6 +75,19 @@ def test_other_settings_are_built_anew(build):
     build()
     assert build(settings=replace(SMALL, domain_count=6))[0].domain_count == 6
     assert build(settings=replace(SMALL, seed=1))[1]
+    assert build(settings=replace(SMALL, ground_blending=False))[1]
+
+
+def test_the_weighting_can_be_chosen_and_each_has_its_own_cached_model(build):
+    models = [build(settings=replace(SMALL, weighting=weighting))[0] for weighting in WEIGHTINGS]
+    for one, other in combinations(models, 2):
+        assert np.abs(one.domain_weights - other.domain_weights).max() > 0.02
+
+
+def test_cubature_and_poses_grow_more_slowly_than_many_domains():
+    few, five, many = (ReductionSettings(domain_count=n) for n in (4, 5, 20))
+    assert (few.cubature_limit, five.cubature_limit, many.cubature_limit) == (800, 1000, 2000)
+    assert (few.training_poses, five.training_poses, many.training_poses) == (120, 120, 60)
 
 
 def test_too_few_domains_are_refused_before_any_work(build):

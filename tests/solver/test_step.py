@@ -36,7 +36,7 @@ def test_sensor_targets_are_met_to_a_nanometre_within_one_step(solver, control_o
     moved = solver.tongue.sensors.positions(state.position.numpy()) - solver.tongue.sensor_rest_positions
     errors = [moved[solver.tongue.sensors.names.index(name), axis] - v for (name, axis), v in SPEECH.items()]
     assert max(map(abs, errors)) < 1e-9
-    assert 1 < solver.report.iterations <= 8
+    assert 1 < solver.report.iterations <= 40
     assert solver.report.residual <= solver.tolerance
 
 

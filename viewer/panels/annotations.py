@@ -3,8 +3,8 @@
 import numpy as np
 from imgui_bundle import ImVec2, imgui
 
-from ..colour_bar import labelled_ticks
-from ..colour_map import colour_table, map_name
+from ..colour_bar import labelled_ticks, listed
+from ..colour_map import colour_table
 from ..labels import label_corners
 from ..overlay import INK
 from ..session_view import ScalarField
@@ -49,7 +49,10 @@ def _draw_colour_bar(context: PanelContext, scalar: ScalarField, draw: imgui.ImD
     left, height = right - 14 * unit, max(0.36 * view.height, 1.0)
     title = imgui.calc_text_size(scalar.title)
     draw.add_text(ImVec2(right - title.x, view.top + 18 * unit), ink, scalar.title)
-    colours = colour_table(map_name(scalar.diverging), _BAR_STEPS + 1)[::-1] / 255.0
+    if scalar.categories:
+        _draw_categories(scalar.categories, ImVec2(right, top), view.top + view.height, ink, draw)
+        return
+    colours = colour_table(scalar.map_name, _BAR_STEPS + 1)[::-1] / 255.0
     packed = [imgui.get_color_u32((r, g, b, 1.0)) for r, g, b in colours]
     for i in range(_BAR_STEPS):
         y0, y1 = top + height * i / _BAR_STEPS, top + height * (i + 1) / _BAR_STEPS
@@ -61,3 +64,20 @@ def _draw_colour_bar(context: PanelContext, scalar: ScalarField, draw: imgui.ImD
         draw.add_line(ImVec2(left - 5 * unit, y), ImVec2(left - unit, y), ink)
         size = imgui.calc_text_size(text)
         draw.add_text(ImVec2(left - 9 * unit - size.x, y - 0.5 * size.y), ink, text)
+
+
+def _draw_categories(
+    categories: tuple[str, ...], corner: ImVec2, bottom: float, ink: int, draw: imgui.ImDrawList
+) -> None:
+    """A swatch with its name for each category, from the top right `corner` down to `bottom` at most."""
+    unit = imgui.get_font_size() / 15.0
+    line = 22 * unit
+    texts = listed(categories, max(1, int((bottom - corner.y) / line) - 1))
+    colours = colour_table("categories") / 255.0
+    for k, text in enumerate(texts):
+        y = corner.y + k * line
+        size = imgui.calc_text_size(text)
+        draw.add_text(ImVec2(corner.x - 22 * unit - size.x, y), ink, text)
+        if k < len(categories) and text == categories[k]:
+            colour = imgui.get_color_u32((*colours[k], 1.0))
+            draw.add_rect_filled(ImVec2(corner.x - 14 * unit, y), ImVec2(corner.x, y + 14 * unit), colour, 3.0)

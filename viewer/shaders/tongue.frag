@@ -9,6 +9,7 @@ uniform sampler3D papillae;        // rgb: gradient of a bump height (0.5 is zer
 uniform float papillae_per_metre;  // repeats of the texture
 uniform sampler2D colour_map;
 uniform bool field_shown;          // false: natural colours, true: the scalar's colours
+uniform bool categories_shown;     // the scalar is a category's place along the map
 
 centroid in vec3 v_position;
 centroid in vec3 v_normal;
@@ -16,6 +17,7 @@ centroid in vec3 v_rest;
 centroid in vec4 v_tissue;
 centroid in vec3 v_soft_light;
 centroid in float v_scalar;
+flat in float v_category;
 
 out vec4 colour_out;
 
@@ -43,7 +45,8 @@ void main() {
         + RIM_LIGHT * (0.55 * back * turn * turn * open);
 
     if (field_shown) {
-        vec3 mapped = texture(colour_map, vec2(v_scalar * (255.0 / 256.0) + 0.5 / 256.0, 0.5)).rgb;
+        float place = categories_shown ? v_category : v_scalar;
+        vec3 mapped = texture(colour_map, vec2(place * (255.0 / 256.0) + 0.5 / 256.0, 0.5)).rgb;
         float shade = sqrt(dot(irradiance, vec3(0.11, 0.22, 0.04)) + 0.22);
         colour_out = vec4(min(mapped * min(shade, 1.06) + 0.3 * sqrt(gloss), 1.0), 1.0);
     } else {

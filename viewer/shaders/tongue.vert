@@ -19,13 +19,14 @@ centroid out vec3 v_rest;
 centroid out vec4 v_tissue;
 centroid out vec3 v_soft_light; // what the fill light and the surroundings give, which bumps do not change much
 centroid out float v_scalar;
+flat out float v_category;      // the scalar of one corner: categories do not mix
 
 void main() {
     v_position = in_position + jaw_translation;
     v_normal = in_normal;
     v_rest = in_rest;
     v_tissue = in_tissue;
-    v_scalar = in_scalar;
+    v_scalar = v_category = in_scalar;
     float palate = textureLod(closeness, (v_position - closeness_low) * closeness_scale, 0.0).r;
     float teeth = textureLod(closeness, (in_position - closeness_low) * closeness_scale, 0.0).g;
     v_tissue.x *= (1.0 - 0.6 * palate * palate) * (1.0 - 0.45 * teeth * teeth);

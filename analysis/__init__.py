@@ -1,0 +1,1 @@
+"""Measurements on deformed tongues: comparisons, energies, studies."""

@@ -1,0 +1,1 @@
+"""`lingual bench`: how fast every solver is on this machine, on meshes of three sizes."""
