@@ -18,6 +18,9 @@ from ..solver.protocol import Solver
 SMALLEST_SUBSTEP = 1.0 / 8.0
 """Share of a time step below which a step that does not converge is not halved again."""
 
+FARTHEST_DISPLACEMENT = 3.0
+"""Displacement of a node, in diagonals of the tongue, that no motion has: the solver has diverged."""
+
 log = logging.getLogger(__name__)
 
 
@@ -106,7 +109,7 @@ class Simulation:
             if converged or 1.0 / substeps <= SMALLEST_SUBSTEP:
                 break
             substeps *= 2
-        if np.isfinite(finished.position.numpy()).all():
+        if self._usable(finished.position.numpy()):
             self._states[0].copy_from(finished)
         else:
             self._states[0].velocity.zero_()
@@ -114,6 +117,12 @@ class Simulation:
         self._states[0].time = float(self.trajectory.time[frame])
         self._control.sensor_targets[:] = target
         return substeps, converged
+
+    def _usable(self, position: NDArray) -> bool:
+        """Whether a step ended somewhere that the next may start from: a diverged one may be finite and far away."""
+        rest = self.solver.tongue.mesh.nodes
+        farthest = FARTHEST_DISPLACEMENT * np.linalg.norm(np.ptp(rest, axis=0))
+        return bool(np.isfinite(position).all() and np.abs(position - rest).max() < farthest)
 
     def _take_substeps(
         self, previous: NDArray[np.float64], target: NDArray[np.float64], whole: float, substeps: int

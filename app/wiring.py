@@ -1,5 +1,6 @@
 """From what the user names to a session: tongue, trajectory, reduced model, solver."""
 
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -29,6 +30,9 @@ from .solver_options import TOLERANCES, SolverOptions
 
 STEP_RATE = 100.0
 """Simulated frames a second [Hz]: the time step of 0.01 s that DESIGN and Luo (2017, section 8) use."""
+
+COROTATIONAL_NU = 0.45
+"""Greatest Poisson's ratio at which a volume correction and the corotational law's tr(S - I) term get along."""
 
 
 @dataclass(frozen=True)
@@ -72,7 +76,7 @@ def build_solver(
     options: SolverOptions, tongue: TongueModel, progress: Progress = silent
 ) -> tuple[Solver, ReducedModel | None]:
     """The chosen solver, and the reduced model that it runs on if it does."""
-    tongue = _of_material(tongue, options.material)
+    tongue = _of_options(tongue, options)
     builders: dict[str, Callable[[], tuple[Solver, ReducedModel | None]]] = {
         "reduced": lambda: _reduced(tongue, options, progress),
         "full": lambda: (_full(tongue, options, progress), None),
@@ -84,13 +88,22 @@ def build_solver(
 
 def reduced_model(tongue: TongueModel, options: SolverOptions, progress: Progress = silent) -> ReducedModel:
     """The tongue's reduced model, its cubature trained on recordings where there are any."""
-    tongue = _of_material(tongue, options.material)
+    tongue = _of_options(tongue, options)
     recordings = [fitted_trajectory(path, tongue) for path in options.train_on]
     return build_reduced_model(tongue, ReductionSettings(domain_count=options.domains), recordings, progress)
 
 
-def _of_material(tongue: TongueModel, model: str) -> TongueModel:
-    return replace(tongue, material=replace(tongue.material, model=model))
+def _of_options(tongue: TongueModel, options: SolverOptions) -> TongueModel:
+    """The tongue with the chosen material."""
+    material = replace(tongue.material, model=options.material)
+    if options.material == "corotational" and options.volume != "none" and material.poisson_ratio > COROTATIONAL_NU:
+        warnings.warn(
+            f"With volume correction the corotational law is simulated at a Poisson's ratio of {COROTATIONAL_NU}, not "
+            f"{material.poisson_ratio}: its own volume term works against the correction; volume=none keeps the ratio.",
+            stacklevel=2,
+        )
+        material = replace(material, poisson_ratio=COROTATIONAL_NU)
+    return replace(tongue, material=material)
 
 
 def pressure_subspace(

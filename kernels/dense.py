@@ -12,7 +12,7 @@ from .precision import precision
 
 REDUCTION_THREADS = 128
 """Threads of one block that share the sum of one output number."""
-TILE_M, TILE_N, TILE_K = 64, 64, 16
+TILE_M, TILE_N, TILE_K = 64, 128, 16
 """Shape of the tiles of `product_tiled`: rows and columns of the output, and the depth of one step."""
 TILE_THREADS = 128
 

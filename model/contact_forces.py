@@ -73,6 +73,7 @@ class ContactForces:
         self._kernels = contact_kernels(precision_name)
         self._scalar = precision(precision_name).scalar
         self._damping = damping
+        self._step: float | None = None
         self.device = device
         self.shape = self._end.shape
         self._spring: wp.array = wp.array(stiffness * areas, dtype=self._scalar, device=device)

@@ -40,6 +40,8 @@ class DenseProduct:
         self._scalar = p.scalar
         self._kernels = dense_kernels(precision_name)
         self._A = np.array(A, dtype=p.numpy, order="C")
+        # By columns where they are long: BLAS has only the few columns of B to share each number of A with.
+        self._on_host = np.asfortranarray(self._A) if A.shape[0] > A.shape[1] else self._A
         self._on_device: dict[str, wp.array] = {}
 
     def _matrix(self, transposed: bool) -> wp.array:
@@ -52,6 +54,7 @@ class DenseProduct:
     def update(self, A: NDArray[np.floating]) -> None:
         """Replaces the numbers of A, seen by every bound call."""
         self._A[:] = A
+        self._on_host[:] = A
         for name, array in self._on_device.items():
             array.assign(np.ascontiguousarray(self._A.T) if name == "transposed" else self._A)
 
@@ -64,7 +67,7 @@ class DenseProduct:
         if B2.shape[0] != self.shape[1] or out2.shape != (self.shape[0], B2.shape[1]):
             raise ValueError(f"{self.shape} times {B2.shape} does not give {out2.shape}")
         if wp.get_device(self.device).is_cpu:
-            return _bind_blas(self._A, B2.numpy(), out2.numpy())
+            return _bind_blas(self._on_host, B2.numpy(), out2.numpy())
         if B2.shape[1] >= FEW_COLUMNS:
             return _bind_tiled(self._matrix(False), B2, out2)
         return self._bind_few(B2, out2)

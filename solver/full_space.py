@@ -73,7 +73,8 @@ class SolverFullSpace:
         start = (state_in.position.numpy() - rest)[free]
         velocity = state_in.velocity.numpy()[free]
         self._problem.begin(start, velocity, control, dt)
-        x, multipliers = self._solve(start.ravel(), velocity.ravel() * dt)
+        with np.errstate(all="ignore"):  # a trial that diverges is refused, and reported when nothing else is left
+            x, multipliers = self._solve(start.ravel(), velocity.ravel() * dt)
         displacement = x.reshape(-1, 3)
         nodal = np.zeros_like(rest)
         nodal[free] = displacement

@@ -30,22 +30,24 @@ from .newton import smallest_scale
 from .parallel_stages import ParallelStages
 from .volume_subspace import SubspaceVolume
 
-PAIRS, CAPTURED_PAIRS = 8, 4
+PAIRS, CAPTURED_PAIRS = 16, 4
 """Curvature pairs that a tongue remembers, also from earlier steps; on CUDA each costs two waits in a block."""
-GOOD_EVALUATIONS = 6
+GOOD_EVALUATIONS = 7
 """Evaluations of a step after which the inverse Hessian counts as aged."""
 RENEWAL_EVALUATIONS = 16
 """Evaluations after which a step that has not converged renews it and goes on from where it is."""
 RENEWALS = 4
+ROUNDING_EVALUATIONS = 8
+"""Evaluations after which a step looks whether only rounding is left (on the host)."""
 SAME_STEP = 0.01
 """Relative change of the time step that an inverse Hessian does not notice: recorded times are rounded."""
-SMALLEST_MISS = 1e-6
+SMALLEST_MISS = {"float64": 1e-6, "float32": 5e-6}
 """Distance [m] from its target at which a sensor counts as missed: targets that contradict each other."""
 LEAST_SCALE = {"float64": 1.0, "float32": 30.0}
 """Least force that a residual is compared with, in units of `smallest_scale`. A tongue that creeps back to rest has
 viscous and elastic stresses that cancel to a thousandth, which float32 does not see."""
 CAPTURED_EVALUATIONS = 8
-BLOCK = 64
+BLOCK = 128
 """Threads that share one tongue's vectors on CUDA."""
 CONVERGED = 3
 
@@ -82,6 +84,7 @@ class TongueBatch:
         self.tongue_count = tongue_count
         self.device = device
         self.time_step = step
+        self._tolerance = tolerance
         self.captured_evaluations = captured_evaluations
         self._on_host = wp.get_device(device).is_cpu
         self._graph: wp.Graph | None = None
@@ -127,15 +130,32 @@ class TongueBatch:
     def set_jaw_poses(self, poses: RigidPose | Sequence[RigidPose]) -> None:
         """Takes the jaw's pose in the head at the end of the step, of all tongues or of each."""
         if self.contact:
-            self.contact.forces.poses.assign(poses)
+            self._await_inboxes()
+            each = [poses] * self.tongue_count if isinstance(poses, RigidPose) else list(poses)
+            rotation, translation = self._pose_inbox
+            rotation.numpy()[:] = np.array([pose.rotation for pose in each])
+            translation.numpy()[:] = np.array([pose.translation for pose in each])
+
+    def _await_inboxes(self) -> None:
+        """The host's inboxes may be written once the step that reads them is over."""
+        if not self._on_host:
+            wp.synchronize_stream(wp.get_stream(self.device))
+
+    def _inbox(self, array: wp.array) -> wp.array:
+        """Memory of the host that a step reads by itself: on a CPU the array, on CUDA a pinned copy of it."""
+        if self._on_host:
+            return array
+        inbox = wp.zeros(array.shape, dtype=array.dtype, device="cpu", pinned=True)
+        self._inboxes.append((array, inbox))
+        return inbox
 
     def set_targets(self, displacement: NDArray[np.float64]) -> None:
         """Takes the displacement [m] that the imposed sensor coordinates have after the step.
 
-        displacement: (constraint_count,) or (constraint_count, tongue_count). On CUDA this is one copy to the
-        device, before the captured part.
+        displacement: (constraint_count,) or (constraint_count, tongue_count).
         """
-        self.target.assign(np.reshape(displacement, self.target.shape))
+        self._await_inboxes()
+        self._target_inbox.numpy()[:] = np.reshape(displacement, self.target.shape)
 
     @property
     def errors(self) -> NDArray[np.floating]:
@@ -145,7 +165,7 @@ class TongueBatch:
     @property
     def converged(self) -> NDArray[np.bool_]:
         """Which tongues met the tolerance and their targets in the last step, (tongue_count,)."""
-        return (self._state.numpy() == CONVERGED) & (self.missed_targets < SMALLEST_MISS)
+        return (self._state.numpy() == CONVERGED) & (self.missed_targets < SMALLEST_MISS[self._precision_name])
 
     @property
     def missed_targets(self) -> NDArray[np.floating]:
@@ -173,6 +193,8 @@ class TongueBatch:
         self.coordinates = self._extended[:K]
         self.velocity = self._zeros(K, 3, T)
         self.target = self._zeros(constraints, T)
+        self._inboxes: list[tuple[wp.array, wp.array]] = []
+        self._target_inbox = self._inbox(self.target)
         self.position = self._zeros(model.tongue.mesh.node_count, 3, T)
         rows = 3 * len(model.cubature_elements)
         self._gradient_start, self._gradient_increment = self._zeros(rows, 3, T), self._zeros(rows, 3, T)
@@ -232,6 +254,9 @@ class TongueBatch:
                 model, self._scene, self.coordinates, trial, self._stacked[3 * element_count :], self._precision_name
             )
             self.contact.time_step = step
+            poses = self.contact.forces.poses
+            self._pose_inbox = self._inbox(poses.rotation), self._inbox(poses.translation)
+            self._pose_inbox[0].numpy()[:] = np.eye(3)
             rows = np.concatenate([rows, point_rows(model, self._scene)])
         self._begin = [
             *(self.contact.begin if self.contact else []),
@@ -250,13 +275,16 @@ class TongueBatch:
         search_state = [self._length, self._slope, self._error, self._state]
         block = 1 if self._on_host else BLOCK
         damping = self._array([m.damping_mass for m in self.materials])
+        reduce_force = product(rows.T).bind(self._stacked, force)
+        gradient = H.bind(trial, self._gradient_increment)
+        self._elastic = [gradient, elements, reduce_force]
         self._evaluate = [
             ParallelStages(
-                [H.bind(trial, self._gradient_increment), elements],
+                [gradient, elements],
                 self.contact.evaluate if self.contact else [],
                 self.device,
             ),
-            product(rows.T).bind(self._stacked, force),
+            reduce_force,
             self._launch(
                 search.assess,
                 (T, block),
@@ -326,6 +354,8 @@ class TongueBatch:
         assert self._on_device is not None
         beside = wp.Stream(self.device)
         with wp.ScopedCapture(device=self.device) as capture:
+            for array, inbox in self._inboxes:
+                wp.copy(array, inbox)
             self._run(self._begin)
             self._run(self._on_device.read)
             with wp.ScopedStream(beside):
@@ -345,16 +375,35 @@ class TongueBatch:
         if self.evaluations > GOOD_EVALUATIONS:
             self._renew()
         self.evaluations = 0
-        state = self._state_view
         for renewal in range(RENEWALS):
             if renewal:
                 self._renew(within_step=True)
-            for _ in range(RENEWAL_EVALUATIONS):
+            for evaluation in range(1, RENEWAL_EVALUATIONS + 1):
                 self._run(self._evaluate)
                 self.evaluations += 1
-                if (state == CONVERGED).all():
+                if evaluation % ROUNDING_EVALUATIONS == 0:
+                    self._accept_rounding()
+                if (self._state_view == CONVERGED).all():
                     return
                 self._run(self._propose)
+
+    def _accept_rounding(self) -> None:
+        """Takes as converged what is so relative to the elastic force at the step's start.
+
+        A tongue that relaxes has elastic and viscous stresses that cancel; its residual cannot fall below what
+        rounding leaves of them.
+        """
+        trial, force = self._vector["trial"], self._vector["force"]
+        kept = trial.numpy().copy()
+        trial.zero_()
+        self._run(self._elastic)
+        elastic = np.linalg.norm(force.numpy(), axis=0)
+        trial.assign(kept)
+        residual = np.linalg.norm(self._vector["gradient"].numpy(), axis=0)
+        searching = self._state_view != CONVERGED
+        done = searching & (self._error.numpy() < np.inf) & (residual <= self._tolerance * elastic)
+        self._state_view[done] = CONVERGED
+        self._error.numpy()[done] = residual[done] / np.maximum(elastic[done], 1e-30)
 
     def _renew(self, within_step: bool = False) -> None:
         """Makes the inverse Hessian anew, at the mean of the tongues or, within a step, at the one that lags most."""

@@ -299,7 +299,9 @@ def test_an_element_that_is_definite_keeps_its_tangent_to_the_last_digit(law):
     lowest = np.linalg.eigvalsh(as_matrix(law.tangent(RANDOM)).astype(np.float64))[:, 0]
     definite = RANDOM[lowest > 1e-4 * law.mu]
     assert len(definite) > 20
-    np.testing.assert_array_equal(law.tangent(definite, definite=True), law.tangent(definite))
+    exact = law.tangent(definite)
+    rounding = 0.0 if law.device == "cpu" else 8.0 * np.finfo(exact.dtype).eps  # two kernels may contract differently
+    np.testing.assert_allclose(law.tangent(definite, definite=True), exact, rtol=0, atol=rounding * abs(exact).max())
 
 
 def test_projection_leaves_damping_and_weight_alone(exact_law):

@@ -17,7 +17,8 @@ class Problem:
         self.projected = inverse - inverse @ J.T @ np.linalg.solve(J @ inverse @ J.T, J @ inverse)
         basis = np.zeros((4 * -(-len(J) // 4), N))
         basis[: len(J)] = np.linalg.qr(J.T)[0].T
-        self.arrays = {name: self._zeros(N, TONGUES) for name in "force load trial direction accepted gradient fresh q z".split()}
+        names = ("force", "load", "trial", "direction", "accepted", "gradient", "fresh", "q", "z")
+        self.arrays = {name: self._zeros(N, TONGUES) for name in names}
         self.velocity, self.basis = self._array(velocity), self._array(basis)
         self.damping = self._zeros(TONGUES)
         self.carried = self._zeros(len(basis), TONGUES)
