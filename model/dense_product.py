@@ -6,6 +6,7 @@ can capture them.
 """
 
 from collections.abc import Callable
+from copy import copy
 from math import prod
 
 import numpy as np
@@ -39,24 +40,35 @@ class DenseProduct:
         self.device = device
         self._scalar = p.scalar
         self._kernels = dense_kernels(precision_name)
-        self._A = np.array(A, dtype=p.numpy, order="C")
         # By columns where they are long: BLAS has only the few columns of B to share each number of A with.
-        self._on_host = np.asfortranarray(self._A) if A.shape[0] > A.shape[1] else self._A
+        self._A = np.array(A, dtype=p.numpy, order="F" if A.shape[0] > A.shape[1] else "C")
         self._on_device: dict[str, wp.array] = {}
 
     def _matrix(self, transposed: bool) -> wp.array:
         name = "transposed" if transposed else "plain"
         if name not in self._on_device:
-            A = np.ascontiguousarray(self._A.T) if transposed else self._A
+            A = np.ascontiguousarray(self._A.T if transposed else self._A)
             self._on_device[name] = wp.array(A, dtype=self._scalar, device=self.device)
         return self._on_device[name]
 
     def update(self, A: NDArray[np.floating]) -> None:
         """Replaces the numbers of A, seen by every bound call."""
         self._A[:] = A
-        self._on_host[:] = A
         for name, array in self._on_device.items():
-            array.assign(np.ascontiguousarray(self._A.T) if name == "transposed" else self._A)
+            array.assign(np.ascontiguousarray(self._A.T if name == "transposed" else self._A))
+
+    def transposed(self) -> "DenseProduct":
+        """Products with A^T, from the same memory on a host: what the caches hold serves both."""
+        return self._sharing(self._A.T)
+
+    def head(self, rows: int) -> "DenseProduct":
+        """Products with the first rows of A, from the same memory on a host."""
+        return self._sharing(self._A[:rows])
+
+    def _sharing(self, A: NDArray[np.floating]) -> "DenseProduct":
+        other = copy(self)
+        other.shape, other._A, other._on_device = A.shape, A, {}
+        return other
 
     def bind(self, B: wp.array, out: wp.array) -> Stage:
         """A call that computes out = A B. B: (n, ...), out: (m, ...), contiguous, on the same device.
@@ -67,7 +79,7 @@ class DenseProduct:
         if B2.shape[0] != self.shape[1] or out2.shape != (self.shape[0], B2.shape[1]):
             raise ValueError(f"{self.shape} times {B2.shape} does not give {out2.shape}")
         if wp.get_device(self.device).is_cpu:
-            return _bind_blas(self._on_host, B2.numpy(), out2.numpy())
+            return _bind_blas(self._A, B2.numpy(), out2.numpy())
         if B2.shape[1] >= FEW_COLUMNS:
             return _bind_tiled(self._matrix(False), B2, out2)
         return self._bind_few(B2, out2)

@@ -94,7 +94,7 @@ class TongueBatch:
         self.materials = tuple(materials or [model.tongue.material] * tongue_count)
         if len(self.materials) != tongue_count or len({m.model for m in self.materials}) != 1:
             raise LingualError("A batch needs one material for each tongue, all of the same law.")
-        self._volume = pressure and SubspaceVolume(model, pressure, constrained, tongue_count, precision_name, device)
+        self._pressure, self._imposed = pressure, constrained
         self._scene = contact if contact is not None and len(contact.points.nodes) else None
         self._inverse = LaggedInverse(model, constrained, precision_name)
         self._unit_load = model.basis.T @ model.tongue.node_masses
@@ -243,7 +243,6 @@ class TongueBatch:
         weights = self._array(model.cubature_weights, wp.float64)
         element_inputs = [self._gradient_start, self._gradient_increment, weights, *self._material_arrays(step)]
         element_count = len(model.cubature_elements)
-        H = product(model.gradient_operator)
         stress = self._stacked[: 3 * element_count]
         elements = self._launch(batch.stress, (element_count, T), element_inputs, [stress])
         trial, force = (v[name].reshape((model.column_count, 3, T)) for name in ("trial", "force"))
@@ -258,6 +257,8 @@ class TongueBatch:
             self._pose_inbox = self._inbox(poses.rotation), self._inbox(poses.translation)
             self._pose_inbox[0].numpy()[:] = np.eye(3)
             rows = np.concatenate([rows, point_rows(model, self._scene)])
+        operator = product(rows)
+        H = operator.head(3 * element_count)
         self._begin = [
             *(self.contact.begin if self.contact else []),
             H.bind(self.coordinates, self._gradient_start),
@@ -275,7 +276,7 @@ class TongueBatch:
         search_state = [self._length, self._slope, self._error, self._state]
         block = 1 if self._on_host else BLOCK
         damping = self._array([m.damping_mass for m in self.materials])
-        reduce_force = product(rows.T).bind(self._stacked, force)
+        reduce_force = operator.transposed().bind(self._stacked, force)
         gradient = H.bind(trial, self._gradient_increment)
         self._elastic = [gradient, elements, reduce_force]
         self._evaluate = [
@@ -312,11 +313,20 @@ class TongueBatch:
 
     def _volume_stages(self, H: DenseProduct, skin: list[Stage]) -> list[Stage]:
         """Correction of coordinates, which the skin follows, and of their rate; both see where the step left them."""
-        if not self._volume:
+        if self._pressure is None:
             return skin
+        volume = SubspaceVolume(
+            self.model,
+            self._pressure,
+            self._imposed,
+            self.tongue_count,
+            self._precision_name,
+            self.device,
+            gradient_operator=H,
+        )
         gradient = self._gradient_start
-        position = self._volume.bind_position(self.coordinates, gradient)
-        velocity = self._volume.bind_velocity(self.velocity, self.coordinates, gradient)
+        position = volume.bind_position(self.coordinates, gradient)
+        velocity = volume.bind_velocity(self.velocity, self.coordinates, gradient)
         return [H.bind(self.coordinates, gradient), *position, ParallelStages(velocity, skin, self.device)]
 
     def _array(self, values: object, dtype: object = None) -> wp.array:

@@ -34,7 +34,7 @@ class SubspaceVolume:
     """Corrects `tongue_count` tongues of one reduced model.
 
     constrained: (sensor_count, 3) bool, sensor coordinates that stay where they are, of all tongues alike.
-    compliance_length: l [m].
+    compliance_length: l [m]. gradient_operator: products with H that the caller has already.
 
     excess: det F - 1 of the cubature elements, or its rate, (cubature_count, tongue_count), before the correction.
     volume_change: what the whole volume lacked before the exact step of the last position correction, V - V0 [m^3],
@@ -50,6 +50,7 @@ class SubspaceVolume:
         precision_name: str = "float64",
         device: str = "cpu",
         compliance_length: float = SUBSPACE_COMPLIANCE_LENGTH,
+        gradient_operator: DenseProduct | None = None,
     ) -> None:
         self._model, self._pressure = model, pressure
         self._compliance = 1.0 / (model.tongue.material.density * compliance_length**2)
@@ -57,7 +58,7 @@ class SubspaceVolume:
         self._scalar = precision(precision_name).scalar
         self._kernels = volume_kernels(precision_name)
         self._null_space = _null_space(model, constrained)
-        self._gradient_operator = DenseProduct(model.gradient_operator, precision_name, device)
+        self._gradient_operator = gradient_operator or DenseProduct(model.gradient_operator, precision_name, device)
         self._rows = DenseProduct(pressure.cubature_rows, precision_name, device)
         response, inverse = self._operators_at(np.zeros((model.column_count, 3)))
         self._response = DenseProduct(response, precision_name, device)
