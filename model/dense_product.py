@@ -101,7 +101,7 @@ class DenseProduct:
 
 def bind_product(A: wp.array, B: wp.array, out: wp.array) -> Stage:
     """A call that computes out = A B for arrays (m, n), (n, c) and (m, c) that may all change."""
-    if A.device.is_cpu:
+    if wp.get_device(A.device).is_cpu:
         return _bind_blas(A.numpy(), B.numpy(), out.numpy())
     return _bind_tiled(A, B, out) if out.shape[1] >= FEW_COLUMNS else _bind_reduced(A, B, out)
 
@@ -167,5 +167,5 @@ def _as_matrix(array: wp.array, scalar: type) -> wp.array:
     if array.dtype is scalar:
         return array.reshape((array.shape[0], columns))
     matrix: wp.array = wp.array(ptr=array.ptr, shape=(array.shape[0], columns), dtype=scalar, device=array.device)
-    matrix._ref = array  # the memory stays as long as the view
+    matrix._ref = array  # type: ignore[assignment]  # the memory stays as long as the view
     return matrix

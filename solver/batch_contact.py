@@ -9,41 +9,35 @@ from ..model import ReducedModel
 from ..model.contact_forces import ContactForces
 from ..model.contact_scene import ContactScene
 from ..model.dense_product import DenseProduct, Stage
+from .batch_arrays import BatchArrays
 
 COMPONENTS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 """Order in which ContactForces stores a point's stiffness."""
 
 
 class BatchContact:
-    """Contact forces of a batch of tongues on its device.
+    """Contact forces of a batch of tongues on its device, written to the last rows of `arrays.stacked`.
 
-    coordinates, trial: (columns, 3, tongue_count), the state at the start of the step and the increment.
-    force: rows of a stacked array that take the points' forces, (point_count, 3, tongue_count).
+    rows: the basis at the collision points, (point_count, columns). time_step [s] may be changed.
     """
 
     def __init__(
-        self,
-        model: ReducedModel,
-        scene: ContactScene,
-        coordinates: wp.array,
-        trial: wp.array,
-        force: wp.array,
-        precision_name: str,
+        self, model: ReducedModel, scene: ContactScene, arrays: BatchArrays, precision_name: str, time_step: float
     ) -> None:
-        self.tongue_count = coordinates.shape[2]
-        self._rows = point_rows(model, scene)
-        device = str(coordinates.device)
+        self.time_step = time_step
+        self.rows = model.basis[scene.points.nodes]
+        coordinates, trial, device = arrays.coordinates, arrays.by_column(arrays.trial), arrays.device
         self.forces = ContactForces(
             model.tongue.mesh.nodes[scene.points.nodes],
             scene.points.areas,
             scene.grids,
-            tongue_count=self.tongue_count,
+            tongue_count=coordinates.shape[2],
             precision_name=precision_name,
             device=device,
-            force=force,
+            force=arrays.stacked[3 * len(model.cubature_elements) :],
         )
         candidate = wp.zeros(coordinates.shape, dtype=coordinates.dtype, device=device)
-        rows = DenseProduct(self._rows, precision_name, device)
+        rows = DenseProduct(self.rows, precision_name, device)
         add = wp.launch(
             reduced_batch_kernels(model.tongue.material.model, precision_name).add,
             coordinates.shape,
@@ -55,7 +49,6 @@ class BatchContact:
         self.begin: list[Stage] = [rows.bind(coordinates, self.forces.displacement_start), self.forces.begin_step]
         self.evaluate: list[Stage] = [add, rows.bind(candidate, self.forces.displacement), self._evaluate]
         self.finish: list[Stage] = [lambda: self.forces.poses_start.copy_from(self.forces.poses)]
-        self.time_step = 0.0
 
     def _evaluate(self) -> None:
         self.forces.evaluate(self.time_step)
@@ -63,16 +56,12 @@ class BatchContact:
     def stiffness(self, tongues: NDArray[np.integer]) -> NDArray[np.floating]:
         """Mean over some tongues of the reduced stiffness (n, n) at the points evaluated last."""
         blocks = self.forces.stiffness.numpy()[:, :, tongues].mean(axis=2)
-        columns = self._rows.shape[1]
+        columns = self.rows.shape[1]
         result = np.zeros((columns, 3, columns, 3))
         for (i, m), values in zip(COMPONENTS, blocks.T, strict=True):
             touched = np.flatnonzero(values)
-            block = self._rows[touched].T @ (values[touched, None] * self._rows[touched])
+            block = self.rows[touched].T @ (values[touched, None] * self.rows[touched])
             result[:, i, :, m] = block
             result[:, m, :, i] = block
         return result.reshape(3 * columns, 3 * columns)
 
-
-def point_rows(model: ReducedModel, scene: ContactScene) -> NDArray[np.float64]:
-    """The basis at the collision points, (point_count, columns)."""
-    return model.basis[scene.points.nodes]

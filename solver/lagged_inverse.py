@@ -36,7 +36,8 @@ class LaggedInverse:
         self.constraint_basis = np.ascontiguousarray(right[kept])
         self._force_of_carried = left[:, kept] / singular[kept]
         n = model.dof_count
-        self.projected, self.response = np.zeros((n, n)), np.zeros((n, len(self.constraint_rows)))
+        self.projected: NDArray[np.floating] = np.zeros((n, n))
+        self.response: NDArray[np.floating] = np.zeros((n, len(self.constraint_rows)))
 
     def renew(
         self,
