@@ -18,7 +18,7 @@ from .precision import precision
 
 @cache
 def reduced_batch_kernels(model: str, precision_name: str) -> SimpleNamespace:
-    """Kernels `stress`, `predict`, `begin`, `add` and `advance` of one material and precision."""
+    """Kernels `stress`, `predict`, `begin`, `meet`, `add` and `advance` of one material and precision."""
     scalar = precision(precision_name).scalar
     # The law works in double precision whatever the arrays hold: a float32 F = I + gradient has lost what the
     # stress of a nearly incompressible tissue is made of, and one element costs the same.
@@ -92,6 +92,20 @@ def reduced_batch_kernels(model: str, precision_name: str) -> SimpleNamespace:
             state_out[t] = 0
 
     @wp.kernel(module="unique")
+    def meet(
+        constrained: wp.array(dtype=scalar, ndim=2),
+        target: wp.array(dtype=scalar, ndim=2),
+        response: wp.array(dtype=scalar, ndim=2),
+        accepted_out: wp.array(dtype=scalar, ndim=2),
+    ):
+        """One thread moves one coordinate by what rounding along the iterations has taken the sensors off."""
+        row, t = wp.tid()
+        change = accepted_out[row, t]
+        for c in range(target.shape[0]):
+            change += response[row, c] * (target[c, t] - constrained[c, t])
+        accepted_out[row, t] = change
+
+    @wp.kernel(module="unique")
     def add(
         coordinates: wp.array(dtype=scalar, ndim=3),
         increment: wp.array(dtype=scalar, ndim=3),
@@ -113,4 +127,4 @@ def reduced_batch_kernels(model: str, precision_name: str) -> SimpleNamespace:
         coordinates_out[row, t] = coordinates_out[row, t] + increment[row, t]
         velocity_out[row, t] = increment[row, t] / step
 
-    return SimpleNamespace(stress=stress, predict=predict, begin=begin, add=add, advance=advance)
+    return SimpleNamespace(stress=stress, predict=predict, begin=begin, meet=meet, add=add, advance=advance)

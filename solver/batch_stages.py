@@ -27,7 +27,8 @@ BLOCK = 128
 
 class BatchStages:
     """begin: before the first trial. evaluate: force at the trial, accepted or shortened. propose: the next trial.
-    finish: state and nodes at the end of the step. elastic: force at the trial, contact as evaluated last.
+    finish: the sensors to the last digit, state and nodes at the
+    end of the step. elastic: force at the trial, contact as evaluated last.
 
     projected_inverse: Z, (n, n), and response: (n, c): what the caller keeps up to date.
     """
@@ -58,11 +59,12 @@ class BatchStages:
         self._H = operator.head(len(model.gradient_operator))
         coordinates, velocity = a.by_degree(a.coordinates), a.by_degree(a.velocity)
         h = self._scalar(step)
+        constrain = self._product(inverse.constraint_rows).bind(a.predicted, a.constrained)
         self.begin: list[Stage] = [
             *(contact.begin if contact else []),
             self._H.bind(a.coordinates, a.gradient_start),
             self._launch(batch.predict, (n, T), [coordinates, velocity, h], [a.predicted, a.trial]),
-            self._product(inverse.constraint_rows).bind(a.predicted, a.constrained),
+            constrain,
             self._launch(
                 batch.begin,
                 (n, T),
@@ -83,15 +85,23 @@ class BatchStages:
         self.propose: list[Stage] = [bind_product(projected_inverse, a.q, a.z), self._propose()]
         skin = self._product(np.hstack([model.basis, model.tongue.mesh.nodes])).bind(a.extended, a.position)
         advance = self._launch(batch.advance, (n, T), [a.accepted, h], [coordinates, velocity])
-        self.finish: list[Stage] = [advance, skin, *(contact.finish if contact else [])]
+        end = [a.coordinates, a.by_column(a.accepted)], [a.by_column(a.predicted)]
+        self._meet_targets: list[Stage] = [
+            self._launch(batch.add, (model.column_count, 3, T), *end),
+            constrain,
+            self._launch(batch.meet, (n, T), [a.constrained, a.target, response], [a.accepted]),
+            advance,
+        ]
+        self.finish: list[Stage] = [*self._meet_targets, skin, *(contact.finish if contact else [])]
 
     def correct_volume(self, volume: SubspaceVolume) -> None:
         """Corrects coordinates and rate before the skin follows; both corrections see where the step left them."""
-        a, (advance, skin, *others) = self._arrays, self.finish
+        a = self._arrays
+        skin, *others = self.finish[len(self._meet_targets) :]
         position = volume.bind_position(a.coordinates, a.gradient_start)
         velocity = volume.bind_velocity(a.velocity, a.coordinates, a.gradient_start)
         gradient = self._H.bind(a.coordinates, a.gradient_start)
-        self.finish = [advance, gradient, *position, ParallelStages(velocity, [skin], a.device), *others]
+        self.finish = [*self._meet_targets, gradient, *position, ParallelStages(velocity, [skin], a.device), *others]
 
     @property
     def gradient_operator(self) -> DenseProduct:
