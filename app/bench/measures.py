@@ -22,7 +22,8 @@ WARM_UP_FRAMES = 10
 HOST_BATCH, DEVICE_BATCH = 32, 1024
 BATCH_FRAMES = 12
 CAPTURED_EVALUATIONS = 6
-"""Evaluations of a captured step: two fewer than the solver's own default, whose residuals all meet TOLERANCE."""
+"""Evaluations of a captured step: two fewer than the solver's default. In fast movements a few frames in a hundred end
+above TOLERANCE with them (docs/performance.md)."""
 
 
 def reduced_frame_ms(subject: Subject, device: str, frames: int) -> float:
