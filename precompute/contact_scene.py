@@ -1,7 +1,6 @@
 """From a tongue's mouth to what its solvers need for contact: distance grids and collision points; cached."""
 
 from collections.abc import Iterator
-from dataclasses import asdict
 
 import numpy as np
 
@@ -11,6 +10,7 @@ from ..model.contact_scene import ContactScene
 from ..model.signed_distance import SignedDistanceGrid
 from .cache import Arrays, cached, digest
 from .collision_points import POINT_COUNT, PosedNodes, nodes_of, posed_recordings, select_collision_points
+from .keys import tongue_key
 from .poses import coarse_equilibrium, sampled_displacements
 from .progress import Progress, silent
 from .signed_distance import signed_distance_grids
@@ -34,10 +34,8 @@ def build_contact_scene(
         return None
     key = {
         "algorithm": ALGORITHM_VERSION,
-        "mesh": digest(tongue.mesh.nodes, tongue.mesh.tets, tongue.fixed_nodes),
-        "sensors": digest(tongue.sensors.weights.toarray()),
+        **tongue_key(tongue),
         "basis": digest(model.basis),
-        "material": asdict(tongue.material),
         "grids": [digest(grid.lower, grid.values) for grid in grids],
         "recordings": [digest(r.positions, r.jaw_translation) for r in recordings],
         "count": POINT_COUNT,

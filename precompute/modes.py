@@ -8,7 +8,6 @@ Departure from the paper: it holds five anchor nodes by Lagrange multipliers on 
 nodes are held in the modes themselves, so that they never move and need no multiplier.
 """
 
-from dataclasses import asdict
 
 import numpy as np
 import scipy.linalg
@@ -21,7 +20,8 @@ from ..model import LingualError, TongueModel
 from ..model.discretisation import Discretisation
 from ..model.modal_model import ModalModel
 from ..model.sparse_factor import factorise
-from .cache import Arrays, cached, digest
+from .cache import Arrays, cached
+from .keys import body_key
 from .progress import Progress, silent
 
 ALGORITHM_VERSION = 1
@@ -52,8 +52,7 @@ def build_modal_model(
         )
     key = {
         "algorithm": ALGORITHM_VERSION,
-        "mesh": digest(tongue.mesh.nodes, tongue.mesh.tets, tongue.fixed_nodes),
-        "material": asdict(tongue.material),
+        **body_key(tongue),
         "modes": mode_count,
     }
     with threadpool_limits(limits=1, user_api="blas"):

@@ -19,6 +19,7 @@ from ..model.volume_polynomial import volume_coefficients
 from ..model.volume_pressure import PressureSubspace, excess_jacobian
 from .cache import Arrays, cached, digest
 from .key_frames import key_displacements, key_pressures, orthonormal_basis
+from .keys import tongue_key
 from .poses import sampled_displacements
 from .progress import Progress, silent
 
@@ -61,12 +62,10 @@ def build_pressure_subspace(
     tongue = model.tongue
     key = {
         "algorithm": ALGORITHM_VERSION,
-        "mesh": digest(tongue.mesh.nodes, tongue.mesh.tets, tongue.fixed_nodes),
-        "sensors": digest(tongue.sensors.weights.toarray()),
+        **tongue_key(tongue),
         "basis": digest(model.basis),
         "cubature": digest(model.cubature_elements),
         "recordings": [digest(r.time, r.positions) for r in recordings],
-        "material": asdict(tongue.material),
         **asdict(settings),
     }
     with threadpool_limits(limits=1, user_api="blas"):

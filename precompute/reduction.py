@@ -10,6 +10,7 @@ from .basis import blended_quadratic_basis
 from .cache import Arrays, cached, digest
 from .cubature import relative_force_errors, select_cubature
 from .domain_weights import DIFFUSION_LENGTH, domain_weights
+from .keys import tongue_key
 from .poses import equilibrium_poses, recorded_displacements, sampled_displacements
 from .progress import Progress, silent
 from .seeds import FOOTPRINT_RADIUS, choose_seeds
@@ -82,10 +83,8 @@ def build_reduced_model(
     recordings = recordings or []
     key = {
         "algorithm": ALGORITHM_VERSION,
-        "mesh": digest(tongue.mesh.nodes, tongue.mesh.tets, tongue.fixed_nodes),
-        "sensors": digest(tongue.sensors.weights.toarray()),
+        **tongue_key(tongue),
         "recordings": [digest(r.positions) for r in recordings],
-        "material": asdict(tongue.material),
         **asdict(settings),
     }
     with threadpool_limits(limits=1, user_api="blas"):  # a second thread slows small factorisations tenfold
