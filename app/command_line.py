@@ -166,19 +166,22 @@ def precompute(
     units: UnitsOption = None,
     train_on: TrainOption = None,
 ) -> None:
-    """Prepares a mesh for the reduced solver and caches it: domain weights, basis, cubature."""
+    """Prepares a mesh for the reduced solver and caches it: weights, basis, cubature, pressures, collision points."""
     from ..precompute.cache import lingual_cache_dir
     from ..precompute.meshes.library import load_tongue
-    from .wiring import reduced_model
+    from .wiring import contact_scene, pressure_subspace, reduced_model
 
     with stage_bars() as bars:
         options = SolverOptions().given(domains=domains, material=material, train_on=tuple(train_on or ()))
         tongue = load_tongue(mesh, bars, units)
         model = reduced_model(tongue, options, bars)
+        pressure = pressure_subspace(model, options, bars)
+        scene = contact_scene(model, options, bars)
     console.print(
         f"{tongue.name}: {model.domain_count} domains, {model.dof_count} degrees of freedom, "
         f"{len(model.cubature_elements)} of {tongue.mesh.tet_count} elements as cubature "
-        f"(force error {100 * model.cubature_error:.1f} % on held-out poses). Cached in {lingual_cache_dir()}.",
+        f"(force error {100 * model.cubature_error:.1f} % on held-out poses), {pressure.mode_count} pressure modes, "
+        f"{len(scene.points.nodes) if scene else 0} collision points. Cached in {lingual_cache_dir()}.",
         soft_wrap=True,
     )
 
