@@ -20,6 +20,9 @@ from .precision import precision
 OVERSHOOT = 0.9
 """Share of the first slope that may come out with the opposite sign."""
 
+STEEPEST = 1e7
+"""Greatest curvature that a pair may show, in units of the inertia's, 1 / step^2: rounding can show any."""
+
 STARTING, SEARCHING, REFUSED, CONVERGED = (wp.constant(i) for i in range(4))
 """States of one tongue: before its first trial, on its way, with a trial too long, at its minimum."""
 
@@ -135,7 +138,9 @@ def quasi_newton_kernels(precision_name: str) -> SimpleNamespace:
                     state_out[t] = REFUSED
             else:
                 error = wp.sqrt(sums[0] / largest)
-                useful = state != STARTING and curvature > scalar(0.0) and sums[3] > scalar(NOISE * NOISE) * largest
+                # A pair must stand out of rounding and show no curvature that a Hessian cannot have.
+                useful = state != STARTING and sums[3] > scalar(NOISE * NOISE) * largest
+                useful = useful and scalar(STEEPEST) * curvature > step * step * sums[3]
                 newest = count % kept_most
                 for row in range(lane, n, wp.block_dim()):
                     gradient = fresh_out[row, t]
