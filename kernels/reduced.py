@@ -2,8 +2,9 @@
 
 H is the gradient operator of the cubature elements, (3 * element_count, columns): row 3 e + j holds
 the derivative along X_j of every basis column in element e. The reduced force is H^T stress (Luo 2017,
-Eq. 8) and the (i, m) block of the reduced stiffness H^T diag(tangent_im) H (Eq. 9). On a CPU the
-products with H and B are BLAS calls; the kernels of the same name serve CUDA and are the reference.
+Eq. 8) and the (i, m) block of the reduced stiffness H^T diag(tangent_im) H (Eq. 9). The
+solvers take the products with H and B from `kernels.dense`; `gradient`, `force`, `stiffness` and `skin` here, one
+thread a result, are their plain reference in tests and benchmarks.
 """
 
 from functools import cache

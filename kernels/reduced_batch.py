@@ -14,6 +14,7 @@ import warp as wp
 from .elasticity import elasticity_functions
 from .materials import material_triple
 from .precision import precision
+from .quasi_newton import STARTING
 
 
 @cache
@@ -89,7 +90,7 @@ def reduced_batch_kernels(model: str, precision_name: str) -> SimpleNamespace:
         accepted_out[row, t] = scalar(0.0)
         if row == 0:
             length_out[t] = scalar(1.0)
-            state_out[t] = 0
+            state_out[t] = STARTING
 
     @wp.kernel(module="unique")
     def meet(

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from ..kernels.contact import contact_kernels
 from ..kernels.precision import precision
+from ..kernels.reduced import COMPONENT_PAIRS
 from .contact_depth import ContactDepth, JawPoses, recorded_launch
 from .signed_distance import SignedDistanceGrid
 
@@ -22,7 +23,7 @@ STIFFNESS = 5e7
 """Pressure for each metre of depth [Pa/m]."""
 DAMPING = 2e-3
 """Damping for each unit of stiffness [s]."""
-STIFFNESS_COMPONENTS = 6
+STIFFNESS_COMPONENTS = len(COMPONENT_PAIRS)
 """Of a point's symmetric stiffness: xx, xy, xz, yy, yz, zz."""
 
 

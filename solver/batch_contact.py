@@ -4,15 +4,13 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
+from ..kernels.reduced import COMPONENT_PAIRS
 from ..kernels.reduced_batch import reduced_batch_kernels
 from ..model import ReducedModel
 from ..model.contact_forces import ContactForces
 from ..model.contact_scene import ContactScene
 from ..model.dense_product import DenseProduct, Stage
 from .batch_arrays import BatchArrays
-
-COMPONENTS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
-"""Order in which ContactForces stores a point's stiffness."""
 
 
 class BatchContact:
@@ -58,7 +56,7 @@ class BatchContact:
         blocks = self.forces.stiffness.numpy()[:, :, tongues].mean(axis=2)
         columns = self.rows.shape[1]
         result = np.zeros((columns, 3, columns, 3))
-        for (i, m), values in zip(COMPONENTS, blocks.T, strict=True):
+        for (i, m), values in zip(COMPONENT_PAIRS, blocks.T, strict=True):
             touched = np.flatnonzero(values)
             block = self.rows[touched].T @ (values[touched, None] * self.rows[touched])
             result[:, i, :, m] = block

@@ -5,6 +5,25 @@ from numpy.typing import NDArray
 
 from ..model import Control, LingualError, TongueModel
 
+RANK_TOLERANCE = 1e-9
+"""Relative singular value below which a row repeats the others: sensors on one node do."""
+
+
+def row_space(rows: NDArray[np.floating]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Of constraint rows (c, n): an orthonormal basis (r, n) of their space, r <= c the rank, and (c, r) factors.
+
+    A force with components f along the basis is that of the multipliers factors @ f along the rows.
+    """
+    left, singular, right = np.linalg.svd(rows, full_matrices=False)
+    kept = singular > RANK_TOLERANCE * singular.max(initial=0.0)
+    return np.ascontiguousarray(right[kept]), left[:, kept] / singular[kept]
+
+
+def null_projector(basis: NDArray[np.floating]) -> NDArray[np.float64]:
+    """Orthogonal projection (n, n) on what is across an orthonormal basis (r, n) of a row space."""
+    projector: NDArray[np.float64] = np.eye(basis.shape[1]) - basis.T @ basis
+    return projector
+
 
 class SensorConstraints:
     """Constraint rows J in the solver's unknowns, J x = target - rest, for the coordinates imposed now.

@@ -13,6 +13,7 @@ from ..kernels.precision import precision
 from ..kernels.reduced import COMPONENT_PAIRS, reduced_kernels
 from ..model import ReducedModel
 from ..model.dense_product import DenseProduct, Stage, bind_product
+from .constraints import null_projector
 from .lagged_inverse import LaggedInverse
 
 BLOCK = 64
@@ -45,8 +46,7 @@ class DeviceInverse:
         mean, gradient = self._zeros(K, 3), self._zeros(3 * count, 3)
         hessian, once, twice, candidate = (self._zeros(n, n) for _ in range(4))
         growth = self._zeros(1)
-        basis = lagged.constraint_basis
-        projector = DenseProduct(np.eye(n) - basis.T @ basis, precision_name, device)
+        projector = DenseProduct(null_projector(lagged.constraint_basis), precision_name, device)
         H = DenseProduct(model.gradient_operator, precision_name, device)
         self.read: list[Stage] = [
             self._launch(kernels.mean, (K, 3, self._block), [coordinates], [mean], self._block).launch,

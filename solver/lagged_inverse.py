@@ -10,9 +10,8 @@ from scipy.linalg import lapack
 
 from ..model import ReducedModel
 from ..model.reduced_forces import ReducedForces
+from .constraints import RANK_TOLERANCE, row_space
 
-RANK_TOLERANCE = 1e-9
-"""Relative singular value below which a constraint repeats the others."""
 SMALLEST_EIGENVALUE = 1e-3
 """Share of the inertia's curvature to which negative curvature is lifted."""
 
@@ -31,10 +30,7 @@ class LaggedInverse:
         self._damping_mass = model.tongue.material.damping_mass
         all_rows = np.kron(model.sensor_rows, np.eye(3))
         self.constraint_rows = np.ascontiguousarray(all_rows[constrained.ravel()])
-        left, singular, right = np.linalg.svd(self.constraint_rows, full_matrices=False)
-        kept = singular > RANK_TOLERANCE * singular.max(initial=0.0)  # sensors on one node repeat each other
-        self.constraint_basis = np.ascontiguousarray(right[kept])
-        self._force_of_carried = left[:, kept] / singular[kept]
+        self.constraint_basis, self._force_of_carried = row_space(self.constraint_rows)
         n = model.dof_count
         self.projected: NDArray[np.floating] = np.zeros((n, n))
         self.response: NDArray[np.floating] = np.zeros((n, len(self.constraint_rows)))

@@ -25,9 +25,7 @@ from ..model.dense_product import DenseProduct, Stage
 from ..model.volume import SUBSPACE_COMPLIANCE_LENGTH
 from ..model.volume_polynomial import TotalVolume
 from ..model.volume_pressure import PressureSubspace, excess_jacobian
-
-RANK_TOLERANCE = 1e-9
-"""Relative singular value below which a sensor row repeats the others."""
+from .constraints import null_projector, row_space
 
 
 class SubspaceVolume:
@@ -158,6 +156,4 @@ class SubspaceVolume:
 def _null_space(model: ReducedModel, constrained: NDArray[np.bool_]) -> NDArray[np.float64]:
     """Orthogonal projection on the null space of the imposed sensor rows, (3 columns, 3 columns)."""
     rows = np.kron(model.sensor_rows, np.eye(3))[constrained.ravel()]
-    _, singular, right = np.linalg.svd(rows, full_matrices=False)
-    kept = right[singular > RANK_TOLERANCE * singular.max(initial=0.0)]
-    return np.eye(model.dof_count) - kept.T @ kept
+    return null_projector(row_space(rows)[0])
